@@ -78,6 +78,7 @@ docs: $(STAMP)  ## draw the figures, run every example of the documentation, bui
 	$(BIN)/python scripts/make_figures.py
 	$(BIN)/python -m pytest tests/test_docs.py
 	$(BIN)/python -m sphinx -q -W --keep-going -d build/doctrees docs site
+	$(BIN)/python scripts/reference.py --check
 	$(BIN)/python scripts/check_site.py site
 
 clean:

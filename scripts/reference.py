@@ -33,10 +33,14 @@ class Name(NamedTuple):
 
     @property
     def kind(self) -> str:
-        return "class" if inspect.isclass(self.thing) else "function" if callable(self.thing) else "data"
+        if hasattr(self.thing, "__metadata__"):  # an annotation, such as `PerParameter`
+            return "mark"
+        return "class" if inspect.isclass(self.thing) else "function"
 
     @property
     def first_line(self) -> str:
+        if self.kind == "mark":
+            return f"Marks a field of a policy that holds {self.thing.__metadata__[0]}."
         return " ".join((inspect.getdoc(self.thing) or "").partition("\n\n")[0].split())
 
 
@@ -60,8 +64,16 @@ def names() -> dict[str, list[Name]]:
 # --- what a docstring must say -----------------------------------------------------------------------------
 
 ARRAYS = {"y", "u", "z", "s", "e", "theta", "P", "Q", "R", "S", "F", "G", "H", "D", "A", "B", "E", "mean", "covariance"}
-SIZED = re.compile(r"\((?:T|N|n|m|k|p|d|[0-9])[^()]*\)|\bshape\b|\btable\b|column|matrix|matrices|square|row|number")
-SECTIONS = ("Parameters", "Attributes", "Fields")
+SIZED = re.compile(
+    r"\((?:T|N|n|m|k|p|d|[0-9])[^()]*\)|\bshape\b|\btable\b|column|matrix|matrices|square|row|number|\b(?:float|int|series)\b"
+)
+UNITS = {  # what is said of an argument that has a unit
+    "dt": r"[Ss]econds?\b|as (?:in|for)",
+    "time": r"[Ss]econds?\b|instants?|clock|as (?:in|for)",
+    "frequencies": r"rad/s|Hz",
+    "noise_std": r"deviation",
+    "y_scale": r"size|deviation|as (?:in|for)",
+}
 
 
 def arguments(thing) -> list[str]:
@@ -82,6 +94,8 @@ def arguments(thing) -> list[str]:
 
 def lacking(name: Name) -> list[str]:
     """Return what the docstring of a public name lacks: an example, an argument, a shape."""
+    if name.kind == "mark":
+        return []
     said = inspect.getdoc(name.thing) or ""
     lacks = [] if ">>> " in said else ["an example"]
     if is_asked_for(name):
@@ -90,12 +104,14 @@ def lacking(name: Name) -> list[str]:
     for argument, text in told_arguments(said):
         if argument in ARRAYS and not SIZED.search(text):
             lacks.append(f"the shape of {argument}")
+        if argument in UNITS and not re.search(UNITS[argument], text):
+            lacks.append(f"the unit of {argument}")
     return lacks
 
 
 def is_asked_for(name: Name) -> bool:
     """Say whether somebody calls it: results are made by others, errors and statuses are caught."""
-    return not re.search(r"Trace\b|Status$|Error$|^driftwise\.results\.[A-Z]", name.path)
+    return not re.search(r"Trace\b|Status$|Error$|Smoothed\w+$|Step$|^driftwise\.results\.[A-Z]", name.path)
 
 
 def told_arguments(said: str) -> list[tuple[str, str]]:
@@ -111,7 +127,7 @@ def told_arguments(said: str) -> list[tuple[str, str]]:
 def page(name: Name) -> str:
     """Return the page of a name."""
     short = name.path.rpartition(".")[2]
-    module, source = name.thing.__module__, name.path
+    module, source = getattr(name.thing, "__module__", ""), name.path
     lines = [f".. _{source}:", "", short, "=" * len(short), ""]
     if len(name.places) > 1:
         lines += ["Also ``" + "``, ``".join(name.places[1:]) + "``.", ""]
@@ -119,8 +135,12 @@ def page(name: Name) -> str:
     if name.kind == "class":
         lines += [f".. autoclass:: {short}", "   :members:", "   :inherited-members: tuple, str, int, float, Exception"]
         lines += ["   :exclude-members: count, index" if issubclass(name.thing, tuple) else ""]
+    elif name.kind == "function":
+        lines += [f".. autofunction:: {short}"]
     else:
-        lines += [f".. autofunction:: {short}" if name.kind == "function" else f".. autodata:: {short}"]
+        return (
+            "\n".join([*lines, f".. py:data:: {short}", "", f"   {name.first_line} :doc:`/contribute` uses it."]) + "\n"
+        )
     lines += ["", f"Defined in ``{module}``."]
     return "\n".join(lines) + "\n"
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from scripts import check_site
+from scripts import check_site, reference
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
@@ -38,6 +38,25 @@ def test_a_page_that_nobody_named_is_a_guide(extension, tmp_path):
     for name, text in {"index": "```{toctree}\nhowto\nTitle <a>\n```\n", "howto": "", "a": "", "b": ""}.items():
         (tmp_path / "docs" / f"{name}.md").write_text(text)
     assert pages.named(tmp_path / "docs") == ["howto", "a"] and pages.left(tmp_path / "docs") == ["b"]
+
+
+def test_every_public_name_has_an_example_its_arguments_shapes_and_units(capsys):
+    assert reference.main("--check") == 0, capsys.readouterr().out
+
+
+def test_a_docstring_that_lacks_something_is_named():
+    def poor(y, gain, *, noise_std):
+        """Return nothing.
+
+        Parameters
+        ----------
+        y : what was measured
+        noise_std : float
+        """
+
+    name = reference.Name("driftwise.poor", poor, ["driftwise.poor"])
+    lacks = ["an example", "argument gain", "the shape of y", "the unit of noise_std"]
+    assert sorted(reference.lacking(name)) == sorted(lacks)
 
 
 def test_docstrings_keep_formulas_and_bars(extension):

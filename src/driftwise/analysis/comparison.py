@@ -64,6 +64,16 @@ class Comparison:
     -----
     A sample is scored where y is measured and every estimator had a forecast, outliers included: nobody chooses his
     own samples. The interval of a difference takes the samples' differences for independent.
+
+    Examples
+    --------
+    >>> import driftwise as dw
+    >>> y, u = dw.simulate([-0.8], [1.0], samples=400, noise_std=0.1, seed=1)
+    >>> comparison = dw.analysis.Comparison({"first": dw.ARX(1, 1), "mean": dw.AR(0, offset=True)})
+    >>> for part in (slice(0, 200), slice(200, 400)):
+    ...     _ = comparison.add(y[part], u[part])
+    >>> comparison.best
+    'first'
     """
 
     def __init__(self, estimators: dict[str, Any], settle: int | None = None):

@@ -74,6 +74,14 @@ class Identification:
         chosen model at the end of the run where that explains the record better.
     visible : Visible
         The smallest jumps of level, gains and noise that would have been told; None where none would.
+
+    Examples
+    --------
+    >>> import driftwise as dw
+    >>> y, u = dw.simulate([-0.8], [1.0], samples=400, noise_std=0.1, seed=1)
+    >>> found = dw.identify({"heater": u, "temperature": y})
+    >>> found.table.inputs, [found.trace.names[0], found.trace.parameters[-1, 0].round(1)]
+    (('heater',), ['a1', np.float64(-0.8)])
     """
 
     table: Table

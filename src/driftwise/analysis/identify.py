@@ -20,8 +20,8 @@ def identify(data, output: str | None = None, input=None, time: str | None = Non
     data : file name, data frame, or mapping from column name to array
         A CSV (any dialect) or Parquet file, a frame of pandas, Polars or pyarrow, or columns.
     output, input, time : str, optional
-        Columns, where they are known (several inputs: a list; none: ()). What is left out is recognised by name and
-        behaviour, and said.
+        Columns, where they are known: the clock may be numbers or instants (several inputs: a list; none: ()). What is
+        left out is recognised by name and behaviour, and said.
     dt : float, optional
         Seconds between rows, where no column says so.
 

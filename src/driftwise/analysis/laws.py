@@ -297,7 +297,7 @@ def check_estimator(estimator, y=None, u=None) -> None:
     Parameters
     ----------
     estimator : an estimator, with any policies
-    y, u : a record to check it on; a simulated one with gaps if omitted
+    y, u : (T,) and (T, k), a record to check it on; a simulated one with gaps if omitted
 
     Examples
     --------

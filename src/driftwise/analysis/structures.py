@@ -22,7 +22,22 @@ MOST = 256  # structures compared at once
 
 @dataclass(frozen=True)
 class StructureEvidence:
-    """Log evidence of structures on the same samples, most probable first; equally probable beforehand."""
+    """Log evidence of structures on the same samples, most probable first; equally probable beforehand.
+
+    Attributes
+    ----------
+    structures : list of (p,), structure indices
+    log_evidence : (S,), natural logarithms
+    largest : the largest index that was tried
+
+    Examples
+    --------
+    >>> import driftwise as dw
+    >>> truth = [-1.2, 0.5, -0.1, 1.0, 0.5, 0.2, -0.8, 0.3, 0.0]
+    >>> y, u = dw.models.simulate_mimo((2, 1), truth, samples=400, inputs=1, noise_std=0.1, seed=1)
+    >>> dw.analysis.choose_structure(y, u, largest=2).structures[0]
+    (2, 1)
+    """
 
     structures: list[tuple[int, ...]]
     log_evidence: np.ndarray

@@ -26,6 +26,14 @@ class Alarms:
     which : (A,) the parameter or probe that changed, -1 where the detector cannot say
     statistic : (T,) relative to the threshold, 1 and more alarms; NaN where the sample was missing
     state : where a scan of the samples that follow goes on
+
+    Examples
+    --------
+    >>> import numpy as np, driftwise as dw
+    >>> z = np.r_[np.zeros(10), np.full(10, 3.0)]
+    >>> found = dw.PageHinkley(jump=2.0).scan(z)
+    >>> found.samples.tolist(), found.changes.tolist(), found.directions.tolist()
+    ([12, 15, 18], [10, 13, 16], [1, 1, 1])
     """
 
     samples: np.ndarray

@@ -17,6 +17,16 @@ class PullTest(NamedTuple):
     after the change; that mean is not symmetric (`mean_pull`), hence pairs. The defaults are the paper's.
     Source: Perriot-Mathonna (1981), section 4. Bad at decreases of the gain: few are found (use `GainProbes`); only for
     a scalar state and a memory with a gain sequence (not `RandomWalk`).
+
+    Examples
+    --------
+    >>> import numpy as np, driftwise as dw
+    >>> rng = np.random.default_rng(4)
+    >>> q = np.repeat([0.1, 0.9], 1500)  # the state becomes restless
+    >>> y = np.cumsum(q * rng.standard_normal(3000)) + rng.standard_normal(3000)
+    >>> est = dw.AdaptiveGain(1.0, memory=dw.Constant(), method="plr", detector=dw.detect.PullTest(), restart=26.5)
+    >>> [jump.sample for jump in est.scan(y).jumps() if jump.sample > 1400][:1]
+    [1510]
     """
 
     drift: Any = (0.15, 0.07)
@@ -40,6 +50,16 @@ class GainProbes(NamedTuple):
     26.5 2000 / 2100 / 1600, with the defaults 1000 / 1800 / 1500; 5.64 with "rpem", `Constant` and restart 10 2900 /
     1500 / 1000. So calibrate for the working range.
     Bad at: small upward jumps; a jump of R, whose first alarm may be about the scale rather than the gain.
+
+    Examples
+    --------
+    >>> import numpy as np, driftwise as dw
+    >>> rng = np.random.default_rng(4)
+    >>> q = np.repeat([0.1, 0.9], 1500)  # the state becomes restless
+    >>> y = np.cumsum(q * rng.standard_normal(3000)) + rng.standard_normal(3000)
+    >>> trace = dw.AdaptiveGain(1.0, detector=dw.detect.GainProbes()).scan(y)
+    >>> [jump.sample for jump in trace.jumps() if jump.sample > 1400][:1]
+    [1525]
     """
 
     gains: Any = None

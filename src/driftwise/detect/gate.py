@@ -20,6 +20,15 @@ class InnovationGate(NamedTuple):
     After ``patience`` rejections in a row it is not an outlier but a change: the next ``settle`` samples are
     believed, and so are the first ones of a run (None: six times the number of unknowns). Bad at heavy-tailed
     noise: it trims what it should weigh.
+
+    Examples
+    --------
+    >>> import driftwise as dw
+    >>> y, u = dw.simulate([-0.8], [1.0], samples=400, noise_std=0.1, seed=1)
+    >>> y[200] += 5.0  # a glitch of the sensor
+    >>> trace = dw.ARX(1, 1, gate=dw.InnovationGate(5)).scan(y, u)
+    >>> trace.summary().rejected, trace.parameters[-1].round(1).tolist()
+    (1, [-0.8, 1.0])
     """
 
     sigmas: float = 5.0

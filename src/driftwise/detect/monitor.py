@@ -35,7 +35,7 @@ class Monitor(Portable):
     Parameters
     ----------
     detector : PageHinkley, VarianceCUSUM, GLR or ScoreCUSUM
-    mean, std : what the signal is like in control
+    mean, std : float, what the signal is like in control, in its units
     parameters : how many slopes come with each sample (`ScoreCUSUM`)
 
     Examples

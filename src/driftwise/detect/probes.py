@@ -21,6 +21,18 @@ class ProbeBank(NamedTuple):
     """Thresholds (M,) of the sums of M probes; `bank` and `probe_bank` make it.
 
     As a detector it takes the log likelihood ratios of the probes, ``(nu^2 - nu_m^2)/(2 c)``, in place of the slopes.
+
+    Parameters
+    ----------
+    h : (M,)
+        The thresholds, in units of a log likelihood ratio.
+
+    Examples
+    --------
+    >>> import numpy as np, driftwise as dw
+    >>> ratios = np.full((20, 2), [0.5, -0.5])  # the first probe predicts better
+    >>> dw.detect.ProbeBank(np.array([6.0, 6.0])).h.tolist()
+    [6.0, 6.0]
     """
 
     h: Vector

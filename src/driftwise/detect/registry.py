@@ -42,6 +42,13 @@ def register(
     is_whole : whether SIZE is a whole number
     is_each : whether there may be a SIZE for each parameter, of whose slopes it is told
     read : what makes it of the rate of false alarms, a text, and SIZE, if given; those in this order, if omitted
+
+    Examples
+    --------
+    >>> import driftwise as dw
+    >>> public = dw.detect.register("streak", "shifts of any distribution")  # above the class, with @
+    >>> public.__name__
+    'add'
     """
 
     def add(kind: type) -> type:

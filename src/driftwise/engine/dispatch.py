@@ -31,7 +31,17 @@ apart: set[Callable] = set()  # kernels that are called, not inlined
 
 
 def kernel(function: Callable) -> Callable:
-    """Mark a function as callable from compiled code; return it unchanged."""
+    """Mark a function as callable from compiled code; return it unchanged.
+
+    Examples
+    --------
+    >>> import driftwise as dw
+    >>> @dw.memory.kernel
+    ... def half(x):
+    ...     return 0.5 * x
+    >>> half(3.0)
+    1.5
+    """
     kernels.append(function)
     return function
 

@@ -16,7 +16,17 @@ def brief(text: str) -> str:
 
 
 class InputError(ValueError):
-    """Data or a setting handed over by the user cannot be used; the message says which, why and the likely cause."""
+    """Data or a setting handed over by the user cannot be used; the message says which, why and the likely cause.
+
+    Examples
+    --------
+    >>> import driftwise as dw
+    >>> try:
+    ...     dw.ARX(-1)
+    ... except dw.InputError as error:
+    ...     print(error)
+    na must be a whole number of at least 0, got -1
+    """
 
     def __init__(self, text: object = ""):
         super().__init__(brief(str(text)))

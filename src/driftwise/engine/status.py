@@ -28,7 +28,19 @@ STIFF = 4194304
 
 
 class Status(IntFlag):
-    """What happened at a sample; several may be true at once."""
+    """What happened at a sample; several may be true at once.
+
+    Examples
+    --------
+    >>> import driftwise as dw
+    >>> y, u = dw.simulate([-0.8], [1.0], samples=400, noise_std=0.1, seed=1)
+    >>> y[5] = float("nan")
+    >>> status = dw.ARX(1, 1).scan(y, u).status
+    >>> dw.Status(int(status[5]))
+    <Status.MISSING_OUTPUT: 1>
+    >>> bool(status[5] & dw.Status.MISSING_OUTPUT)
+    True
+    """
 
     MISSING_OUTPUT = MISSING_OUTPUT  # y was NaN: exact-moment step
     MISSING_INPUT = MISSING_INPUT  # an input was NaN: predicted from what it has shown so far

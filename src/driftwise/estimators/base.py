@@ -28,7 +28,24 @@ ARRAY, NEW = np.ndarray, tuple.__new__  # what a stream makes at every sample
 
 
 class Step(NamedTuple):
-    """What one sample showed: its prediction, the error, its variance, what happened (arrays for a fleet)."""
+    """What one sample showed: its prediction, the error, its variance, what happened (arrays for a fleet).
+
+    Attributes
+    ----------
+    prediction : y given the samples before it, in its units
+    innovation : y less that; NaN where y is missing
+    variance : of the innovation, as it was expected
+    status : `Status` bits
+
+    Examples
+    --------
+    >>> import driftwise as dw
+    >>> est = dw.AR(1)
+    >>> state, step = est.update(est.start(), 1.0)
+    >>> state, step = est.update(state, 0.9)
+    >>> float(step.prediction), float(step.innovation)
+    (0.0, 0.9)
+    """
 
     prediction: Any
     innovation: Any

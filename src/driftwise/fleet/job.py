@@ -37,6 +37,15 @@ class FleetJob:
     progress : called after each batch
     missing : values that stand for a missing one, such as -9999
     words : what summaries call the estimator; how it prints, if omitted
+
+    Examples
+    --------
+    >>> import tempfile, numpy as np, driftwise as dw
+    >>> key = np.repeat(["a", "b"], 300)
+    >>> y = np.concatenate([dw.simulate([-0.8], [0.0], samples=300, seed=s)[0] for s in (1, 2)])
+    >>> job = dw.fleet.FleetJob({"key": key, "y": y}, "key", "y", dw.AR(1), tempfile.mkdtemp() + "/out")
+    >>> dw.fleet.run_fleet(job).rows
+    600
     """
 
     data: Any

@@ -64,6 +64,15 @@ class AutoMemory(NamedTuple):
     among the regressors of an `ARX` are doubted there, but frequent ones still look like jumps now and then. The
     learnt speeds take a few hundred samples.
     Source: Abid and Kamoun (2008) pose the problem; Blom and Bar-Shalom (1988), Willsky and Jones (1976) the parts.
+
+    Examples
+    --------
+    >>> import driftwise as dw
+    >>> b = [[1.0]] * 400 + [[2.0]] * 200  # b1 jumps
+    >>> y, u = dw.simulate([-0.8], b, samples=600, noise_std=0.1, seed=1)
+    >>> trace = dw.ARX(1, 1, memory=dw.AutoMemory()).scan(y, u)
+    >>> [(event.sample, event.text) for event in trace.events() if event.kind == "JUMP"]
+    [(405, 'b1 jumped from 0.993 to 2.05, it began about 5 samples ago (odds 1355:1)')]
     """
 
     expect: str = "both"

@@ -29,6 +29,17 @@ class AutocovarianceLS(NamedTuple):
     the result: there is no start to choose. ``phi`` is that of `Drift`. Sources: Mehra (1970); Odelson, Rajamani and
     Rawlings (2006), in a form that varies in time. Bad at: changes (it answers late, to a jump as to a new speed),
     few samples (it begins after 60), bars, which are short as a rule, and cost: it is the costliest of its kind.
+
+    Examples
+    --------
+    >>> import numpy as np, driftwise as dw
+    >>> rng = np.random.default_rng(1)
+    >>> slope = np.cumsum(0.05 * rng.standard_normal(500))  # it walks
+    >>> phi = rng.standard_normal((500, 1))
+    >>> y = phi[:, 0] * slope + 0.1 * rng.standard_normal(500)
+    >>> trace = dw.Regression(1, memory=dw.memory.AutocovarianceLS()).scan(y, phi)
+    >>> f"{trace.parameters[-1, 0]:.2f} ± {trace.parameters_std[-1, 0]:.2f}, the truth is {slope[-1]:.2f}"
+    '-0.76 ± 0.10, the truth is -0.89'
     """
 
     lags: int = 10

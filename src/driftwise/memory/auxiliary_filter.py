@@ -24,6 +24,17 @@ class AuxiliaryFilter(NamedTuple):
     largest of them. ``phi`` is that of `Drift`. Source: after Maitelli and Yoneyama (1997), as Abid and Kamoun (2008)
     compare it; reconstructed. Bad at: parameters that rest (it hears drift in the noise, errors are three times those
     of least squares and bars too wide), unequal speeds where regressors are alike, and a noise variance told too small.
+
+    Examples
+    --------
+    >>> import numpy as np, driftwise as dw
+    >>> rng = np.random.default_rng(1)
+    >>> slope = np.cumsum(0.05 * rng.standard_normal(500))  # it walks
+    >>> phi = rng.standard_normal((500, 1))
+    >>> y = phi[:, 0] * slope + 0.1 * rng.standard_normal(500)
+    >>> trace = dw.Regression(1, memory=dw.memory.AuxiliaryFilter()).scan(y, phi)
+    >>> f"{trace.parameters[-1, 0]:.2f} ± {trace.parameters_std[-1, 0]:.2f}, the truth is {slope[-1]:.2f}"
+    '-0.77 ± 0.08, the truth is -0.89'
     """
 
     forgetting: float = 0.995

@@ -61,6 +61,15 @@ class BayesianChangePoint(NamedTuple):
     is dropped. Bars of the prediction hold the jump that may come: where it would be large they are too wide until it
     does (NIS below 1). Bad at: jumps below half the noise (dropping hurts there: use `RandomWalk`), drift, noise that
     grows, speed.
+
+    Examples
+    --------
+    >>> import driftwise as dw
+    >>> b = [[1.0]] * 400 + [[2.0]] * 200  # b1 jumps
+    >>> y, u = dw.simulate([-0.8], b, samples=600, noise_std=0.1, seed=1)
+    >>> trace = dw.ARX(1, 1, memory=dw.memory.BayesianChangePoint(1.0, 500)).scan(y, u)
+    >>> [jump.sample for jump in trace.jumps()], trace.parameters[-1].round(1).tolist()
+    ([401], [-0.8, 2.0])
     """
 
     jump: Any

@@ -25,6 +25,17 @@ class CovarianceMatching(NamedTuple):
     parameters that rest ("scalar" and "gain": errors twice those of least squares); "em" hardly leaves its start, and
     "myers-tapley" follows too slowly. A noise variance told wrong is taken for drift; learnt besides, it competes for
     the same number, and costs less than that.
+
+    Examples
+    --------
+    >>> import numpy as np, driftwise as dw
+    >>> rng = np.random.default_rng(1)
+    >>> slope = np.cumsum(0.05 * rng.standard_normal(500))  # it walks
+    >>> phi = rng.standard_normal((500, 1))
+    >>> y = phi[:, 0] * slope + 0.1 * rng.standard_normal(500)
+    >>> trace = dw.Regression(1, memory=dw.memory.CovarianceMatching()).scan(y, phi)
+    >>> f"{trace.parameters[-1, 0]:.2f} ± {trace.parameters_std[-1, 0]:.2f}, the truth is {slope[-1]:.2f}"
+    '-0.79 ± 0.08, the truth is -0.89'
     """
 
     rule: str = "scalar"

@@ -24,6 +24,15 @@ class DirectionalForgetting(NamedTuple):
     a jump the bars are too narrow for two or three memories); a regressor hundreds of times larger than the others,
     whose direction then stays put for long; and regressors that shrink to noise, which forget as much as large ones and
     teach nothing (held as in `ExponentialForgetting`). On constant parameters bars are too wide, as there.
+
+    Examples
+    --------
+    >>> import driftwise as dw
+    >>> b = [[1.0]] * 400 + [[2.0]] * 200  # b1 jumps
+    >>> y, u = dw.simulate([-0.8], b, samples=600, noise_std=0.1, seed=1)
+    >>> trace = dw.ARX(1, 1, memory=dw.memory.DirectionalForgetting(0.95)).scan(y, u)
+    >>> trace.parameters[-1].round(1).tolist(), trace.parameters_std[-1].round(2).tolist()
+    ([-0.8, 2.0], [0.0, 0.02])
     """
 
     lam: float

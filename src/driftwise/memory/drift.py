@@ -39,6 +39,17 @@ class Drift(NamedTuple):
     the next sample; a trace shows those given its own. No variance exceeds twice its prior. Bad at: a speed that is
     not known (use a policy that learns it), and |phi| < 1 with little q, which pulls the parameters to zero with bars
     that soon call them known.
+
+    Examples
+    --------
+    >>> import numpy as np, driftwise as dw
+    >>> rng = np.random.default_rng(1)
+    >>> slope = np.cumsum(0.05 * rng.standard_normal(500))  # it walks
+    >>> phi = rng.standard_normal((500, 1))
+    >>> y = phi[:, 0] * slope + 0.1 * rng.standard_normal(500)
+    >>> trace = dw.Regression(1, memory=dw.memory.Drift(nvr=0.25)).scan(y, phi)
+    >>> f"{trace.parameters[-1, 0]:.2f} ± {trace.parameters_std[-1, 0]:.2f}, the truth is {slope[-1]:.2f}"
+    '-0.76 ± 0.08, the truth is -0.89'
     """
 
     phi: Any = 1.0

@@ -21,6 +21,15 @@ class ExponentialForgetting(NamedTuple):
     constant the variance of their estimate is P/(1 + lam): bars are sqrt(1 + lam), about 1.4, too wide, and leave room
     for drift. Source: Perriot-Mathonna (1981), eqs. 7-9 (his p). Bad at: directions that stay unexcited, which are
     forgotten meanwhile.
+
+    Examples
+    --------
+    >>> import driftwise as dw
+    >>> b = [[1.0]] * 400 + [[2.0]] * 200  # b1 jumps
+    >>> y, u = dw.simulate([-0.8], b, samples=600, noise_std=0.1, seed=1)
+    >>> trace = dw.ARX(1, 1, memory=dw.ExponentialForgetting(0.97)).scan(y, u)
+    >>> trace.parameters[-1].round(1).tolist(), trace.parameters_std[-1].round(2).tolist()
+    ([-0.8, 2.0], [0.01, 0.02])
     """
 
     lam: float

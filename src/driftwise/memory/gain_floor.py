@@ -16,6 +16,15 @@ class GainFloor(NamedTuple):
     constant, their bars are 1.4 times too wide, as those of `ExponentialForgetting`.
     Source: Perriot-Mathonna (1981), eq. 6. Bad at: both ends, as every constant gain is (slow after a jump, restless
     without one).
+
+    Examples
+    --------
+    >>> import driftwise as dw
+    >>> b = [[1.0]] * 400 + [[2.0]] * 200  # b1 jumps
+    >>> y, u = dw.simulate([-0.8], b, samples=600, noise_std=0.1, seed=1)
+    >>> trace = dw.ARX(1, 1, memory=dw.memory.GainFloor(50)).scan(y, u)
+    >>> trace.parameters[-1].round(1).tolist(), trace.parameters_std[-1].round(2).tolist()
+    ([-0.8, 2.0], [0.01, 0.03])
     """
 
     samples: float

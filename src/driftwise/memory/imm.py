@@ -41,6 +41,19 @@ class IMM(NamedTuple):
     of about the size that one unit of noise hides (0: no such mode). A jump is told (``JUMP``) when its mode is
     likelier than all others. Source: Blom and Bar-Shalom (1988). Bad at: constant parameters, which the jump mode makes
     restless, and outliers, which look like jumps (use `AutoMemory`).
+
+    ``levels`` are the noise variance ratios, ``phi`` is that of `Drift`.
+
+    Examples
+    --------
+    >>> import numpy as np, driftwise as dw
+    >>> rng = np.random.default_rng(1)
+    >>> slope = np.cumsum(0.05 * rng.standard_normal(500))  # it walks
+    >>> phi = rng.standard_normal((500, 1))
+    >>> y = phi[:, 0] * slope + 0.1 * rng.standard_normal(500)
+    >>> trace = dw.Regression(1, memory=dw.memory.IMM()).scan(y, phi)
+    >>> f"{trace.parameters[-1, 0]:.2f} ± {trace.parameters_std[-1, 0]:.2f}, the truth is {slope[-1]:.2f}"
+    '-0.78 ± 0.07, the truth is -0.89'
     """
 
     levels: tuple[float, ...] = LEVELS

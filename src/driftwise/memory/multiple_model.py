@@ -37,6 +37,19 @@ class MultipleModel(NamedTuple):
     are learnt, no outliers and no jumps told. All parameters drift at one speed in units of y: bad at speeds that
     differ much.
     Source: Abid and Kamoun (2008), section 5 ("multiple model"); Magill (1965).
+
+    ``phi`` is that of `Drift`.
+
+    Examples
+    --------
+    >>> import numpy as np, driftwise as dw
+    >>> rng = np.random.default_rng(1)
+    >>> slope = np.cumsum(0.05 * rng.standard_normal(500))  # it walks
+    >>> phi = rng.standard_normal((500, 1))
+    >>> y = phi[:, 0] * slope + 0.1 * rng.standard_normal(500)
+    >>> trace = dw.Regression(1, memory=dw.memory.MultipleModel()).scan(y, phi)
+    >>> f"{trace.parameters[-1, 0]:.2f} ± {trace.parameters_std[-1, 0]:.2f}, the truth is {slope[-1]:.2f}"
+    '-0.78 ± 0.07, the truth is -0.89'
     """
 
     levels: tuple[float, ...] = LEVELS

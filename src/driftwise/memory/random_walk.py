@@ -35,6 +35,17 @@ class RandomWalk(NamedTuple):
     One of the two is required. Bad at rare jumps: a q that follows them quickly is noisy in between, and takes noise
     for steps, so that sigma is learnt too small (docs/memory.md: .7 of the truth and less; after a true walk it is
     right).
+
+    Examples
+    --------
+    >>> import numpy as np, driftwise as dw
+    >>> rng = np.random.default_rng(1)
+    >>> slope = np.cumsum(0.05 * rng.standard_normal(500))  # it walks
+    >>> phi = rng.standard_normal((500, 1))
+    >>> y = phi[:, 0] * slope + 0.1 * rng.standard_normal(500)
+    >>> trace = dw.Regression(1, memory=dw.RandomWalk(0.05**2 / 0.1**2)).scan(y, phi)
+    >>> f"{trace.parameters[-1, 0]:.2f} ± {trace.parameters_std[-1, 0]:.2f}, the truth is {slope[-1]:.2f}"
+    '-0.76 ± 0.09, the truth is -0.89'
     """
 
     q: PerParameter = ()

@@ -49,6 +49,13 @@ def register(
     about : what it is, in a few words
     read : what makes it of the `Words` behind the colon; one number, if omitted
     **example : settings with which it is tried with every model, on short records, where those it has do not serve
+
+    Examples
+    --------
+    >>> import driftwise as dw
+    >>> public = dw.memory.register("restless:Q", about="a walk that hurries", q=1e-4)  # above the class, with @
+    >>> public.__name__
+    'add'
     """
 
     def add(kind: type) -> type:
@@ -68,6 +75,29 @@ class View(NamedTuple):
 
     The parameters are those from index ``first`` on; before them stands the state of a joint filter. Between two
     samples mean and covariance are those of the next sample.
+
+    Attributes
+    ----------
+    first : index of the first parameter
+    theta : (N,) mean
+    U : (N (N - 1)/2,) packed by columns
+    D : (N,)
+    psi : (N,) slopes of the prediction; empty where the family does not keep them
+    f : (N,) U' psi, while a sample is corrected; like b and c scratch else
+    s2 : sigma^2 so far
+    weight : effective number of samples taken in
+    surprise : e^2/(s2 T) of the last sample; NaN where it taught nothing
+    reopen : what the estimator asks of an alarm: above 1 samples, else a share of the prior's width
+    cap : (N,) variances of the prior
+    row : (N,) the regressors themselves
+
+    Examples
+    --------
+    >>> import numpy as np, driftwise as dw
+    >>> one, none = np.ones(1), np.zeros(0)
+    >>> view = dw.memory.View(0, 0 * one, none, one.copy(), one, one, 0 * one, none, 1.0, 1.0, 0.0, 0.0, one, one)
+    >>> view.first, view.theta.tolist(), view.D.tolist()
+    (0, [0.0], [1.0])
     """
 
     first: int
@@ -103,7 +133,23 @@ def question(prototype: Callable) -> Any:
 
 @question
 def begin(memory, state, view):
-    """Write into ``state`` what the memory starts with, before the first sample, from the prior. Plain: zeros."""
+    """Write into ``state`` what the memory starts with, before the first sample, from the prior. Plain: zeros.
+
+    Parameters
+    ----------
+    memory : the policy, with its settings as numbers
+    state : (state_size,)
+        What it remembers; written.
+    view : View
+
+    Examples
+    --------
+    >>> import numpy as np, driftwise as dw
+    >>> state = np.zeros(1)
+    >>> dw.memory.begin(dw.Constant(), state, None)  # constant parameters have nothing to begin with
+    >>> state.tolist()
+    [0.0]
+    """
 
 
 @question
@@ -111,12 +157,42 @@ def mixture(memory, state, R, view, out):
     """Write into ``out`` what a mixture's prediction is made of: weight, mean less the whole's, squared scale of each.
 
     The kernel's memory has ``mixture_columns``, the size of ``out``. Plain: no mixture, nothing to tell.
+
+    Parameters
+    ----------
+    memory, state, view : as for `begin`
+    R : float
+        Variance of the noise, relative to sigma^2.
+    out : (mixture_columns,), written
+
+    Examples
+    --------
+    >>> import numpy as np, driftwise as dw
+    >>> out = np.zeros(3)
+    >>> dw.memory.mixture(dw.Constant(), np.zeros(0), 1.0, None, out)
+    >>> out.tolist()
+    [0.0, 0.0, 0.0]
     """
 
 
 @question
 def adapt(memory, state, e, R, view):
-    """Take the innovation e into theta and P; return T = psi' P psi + R. Plain: least squares."""
+    """Take the innovation e into theta and P; return T = psi' P psi + R. Plain: least squares.
+
+    Parameters
+    ----------
+    memory, state, view : as for `begin`
+    e, R : float
+        The innovation, and the variance of the noise relative to sigma^2.
+
+    Examples
+    --------
+    >>> import numpy as np, driftwise as dw
+    >>> one, none = np.ones(1), np.zeros(0)
+    >>> view = dw.memory.View(0, 0 * one, none, one.copy(), one, one, 0 * one, none, 1.0, 1.0, 0.0, 0.0, one, one)
+    >>> dw.memory.adapt(dw.Constant(), none, 1.0, 1.0, view), view.theta.tolist()
+    (np.float64(2.0), [0.5])
+    """
     return least_squares(e, R, view)
 
 
@@ -125,6 +201,18 @@ def count(memory, state, count, chi2, weight, gain):
     """Count the sample just taken in: return count and chi2 (of sigma^2), and the effective number of samples.
 
     ``gain`` is its e^2/T. Plain: one more.
+
+    Parameters
+    ----------
+    memory, state : as for `begin`
+    count, chi2 : samples so far, and the sum of their gains
+    weight : effective number of samples
+
+    Examples
+    --------
+    >>> import numpy as np, driftwise as dw
+    >>> dw.memory.count(dw.Constant(), np.zeros(0), 10.0, 9.0, 1.0, 0.5)
+    (11.0, 9.5, 2.0)
     """
     return count + 1.0, chi2 + gain, weight + 1.0
 
@@ -135,19 +223,55 @@ def found_jump(memory, state, detector_state):
 
     ``detector_state`` are those of a detector: statistic over threshold, and at an alarm since when and which
     parameter. Plain: 0, that is for the detector to say.
+
+    Parameters
+    ----------
+    memory, state : as for `begin`
+
+    Examples
+    --------
+    >>> import numpy as np, driftwise as dw
+    >>> dw.memory.found_jump(dw.Constant(), np.zeros(0), np.zeros(3))
+    0.0
     """
     return 0.0
 
 
 @question
 def outlier_probability(memory, state):
-    """Return the probability that the sample just taken in was an outlier, no regressor to rely on. Plain: 0."""
+    """Return the probability that the sample just taken in was an outlier, no regressor to rely on. Plain: 0.
+
+    Parameters
+    ----------
+    memory, state : as for `begin`
+
+    Examples
+    --------
+    >>> import numpy as np, driftwise as dw
+    >>> dw.memory.outlier_probability(dw.Constant(), np.zeros(0))
+    0.0
+    """
     return 0.0
 
 
 @question
 def on_alarm(memory, state, alarm, view):
-    """Answer an `Alarm`; return the new effective number of samples, and status bits. Plain: report it."""
+    """Answer an `Alarm`; return the new effective number of samples, and status bits. Plain: report it.
+
+    Parameters
+    ----------
+    memory, state, view : as for `begin`
+    alarm : direction (+1 or -1) ``way``, and ``which`` parameter changed (-1: unknown)
+
+    Examples
+    --------
+    >>> import numpy as np, driftwise as dw
+    >>> one, none = np.ones(1), np.zeros(0)
+    >>> view = dw.memory.View(0, 0 * one, none, one.copy(), one, one, 0 * one, none, 1.0, 1.0, 0.0, 0.0, one, one)
+    >>> from driftwise.memory.registry import Alarm
+    >>> dw.memory.on_alarm(dw.memory.Window(10), none, Alarm(1.0, -1.0), view)
+    (1.0, 32)
+    """
     return view.weight, JUMP
 
 
@@ -170,6 +294,16 @@ def time_update(memory, state, elapsed, view):
 
     ``elapsed`` is one sample; in continuous time it is seconds for a memory that is ``per_second``. Plain: nothing is
     forgotten.
+
+    Parameters
+    ----------
+    memory, state, view : as for `begin`
+
+    Examples
+    --------
+    >>> import numpy as np, driftwise as dw
+    >>> dw.memory.time_update(dw.Constant(), np.zeros(0), 1.0, None)
+    (1.0, 0)
     """
     return 1.0, 0
 
@@ -180,6 +314,13 @@ def resolve(memory, setting):
 
     Plain Python. It may be of another type, one that answers the questions. Plain: of each setting marked
     `PerParameter` as many numbers as there are parameters.
+
+    Examples
+    --------
+    >>> import numpy as np, driftwise as dw
+    >>> setting = dw.memory.Setting(units=np.array([1.0, 4.0]), cap=np.array([1e4, 4e4]))
+    >>> dw.memory.resolve(dw.RandomWalk(0.01), setting).q.tolist()
+    [0.01, 0.04]
     """
     hints = get_type_hints(type(memory), include_extras=True)
     each = [name for name in memory._fields if hints[name] == PerParameter]
@@ -196,5 +337,21 @@ def finds_speed(memory, resolved) -> bool:
 
 @kernel
 def least_squares(e, R, view):
-    """Take a sample in by Bierman's update of P, and theta by its gain; return T."""
+    """Take a sample in by Bierman's update of P, and theta by its gain; return T.
+
+    Parameters
+    ----------
+    e, R : float
+        The innovation, and the variance of the noise relative to sigma^2.
+    view : View
+
+    Examples
+    --------
+    >>> import numpy as np, driftwise as dw
+    >>> one, none = np.ones(1), np.zeros(0)
+    >>> view = dw.memory.View(0, 0 * one, none, one.copy(), one, one, 0 * one, none, 1.0, 1.0, 0.0, 0.0, one, one)
+    >>> T = dw.memory.least_squares(1.0, 1.0, view)
+    >>> T, view.theta.tolist(), view.D.tolist()
+    (np.float64(2.0), [0.5], [0.5])
+    """
     return measurement_update(view.theta, view.U, view.D, view.f, e, R, view.b)

@@ -21,6 +21,15 @@ class CovarianceInflation(NamedTuple):
     ``step`` is the size of jump to expect, one number or one per parameter, in the units of `y_scale` and `u_scale`.
     ``only_named``: where the detector names the parameter that jumped, only that one is freed.
     Bad at: jumps much larger than the step.
+
+    Examples
+    --------
+    >>> import driftwise as dw
+    >>> b = [[1.0]] * 400 + [[2.0]] * 200  # b1 jumps
+    >>> y, u = dw.simulate([-0.8], b, samples=600, noise_std=0.1, seed=1)
+    >>> trace = dw.ARX(1, 1, memory=dw.RestartOnChange(response=dw.memory.CovarianceInflation(1.0))).scan(y, u)
+    >>> trace.parameters[-1].round(1).tolist(), trace.parameters_std[-1].round(2).tolist()
+    ([-0.8, 2.0], [0.0, 0.01])
     """
 
     step: Any = 1.0
@@ -52,6 +61,15 @@ class RestartOnChange(NamedTuple):
     its prior. Bad at slow drift, which never alarms (use `RandomWalk`), at noise whose variance grows (it looks like a
     jump), and at dating a jump: the samples between jump and alarm are taken for the old parameters, so bars are too
     short there, smoothed ones (`Joint.smooth`) also before.
+
+    Examples
+    --------
+    >>> import driftwise as dw
+    >>> b = [[1.0]] * 400 + [[2.0]] * 200  # b1 jumps
+    >>> y, u = dw.simulate([-0.8], b, samples=600, noise_std=0.1, seed=1)
+    >>> trace = dw.ARX(1, 1, memory=dw.RestartOnChange()).scan(y, u)
+    >>> [jump.sample for jump in trace.jumps()], trace.parameters[-1].round(1).tolist()
+    ([401], [-0.8, 2.0])
     """
 
     detector: Any = VarianceCUSUM()
@@ -69,6 +87,15 @@ class GainReset(NamedTuple):
 
     The best value for jumps of size d is 1 + (noise of the estimate/d)^2, that of a single sample; more than 1.
     Source: Perriot-Mathonna (1981), section 4. Bad at: jumps of one parameter among many (all are freed).
+
+    Examples
+    --------
+    >>> import driftwise as dw
+    >>> b = [[1.0]] * 400 + [[2.0]] * 200  # b1 jumps
+    >>> y, u = dw.simulate([-0.8], b, samples=600, noise_std=0.1, seed=1)
+    >>> trace = dw.ARX(1, 1, memory=dw.RestartOnChange(response=dw.memory.GainReset(5))).scan(y, u)
+    >>> trace.parameters[-1].round(1).tolist(), trace.parameters_std[-1].round(2).tolist()
+    ([-0.8, 2.0], [0.0, 0.01])
     """
 
     samples: float = 10.0

@@ -27,6 +27,15 @@ class Setting(NamedTuple):
     ``R`` is the variance of the noise, relative to sigma^2 where that is learnt; the first ``moving`` regressors are
     data, not a constant; ``prior`` is mean, U and D; ``first`` unknowns, a state, stand before the parameters. Through
     it each parameter acts so many samples later than the first (``lags``; empty: all act at once).
+
+    ``cap`` are the prior variances, in the same units.
+
+    Examples
+    --------
+    >>> import numpy as np, driftwise as dw
+    >>> setting = dw.memory.Setting(units=np.array([1.0, 4.0]), cap=np.array([1e4, 4e4]))
+    >>> setting.N, setting.R
+    (2, 1.0)
     """
 
     units: np.ndarray

@@ -20,6 +20,15 @@ class VariableForgetting(NamedTuple):
     in fact constant, their bars are about 1.4 times too wide, as those of `ExponentialForgetting`.
     Source: Fortescue, Kershenbaum and Ydstie (1981): constant information. Bad at: outliers and noise
     that grows, both of which it takes for a change (put a `InnovationGate` before it).
+
+    Examples
+    --------
+    >>> import driftwise as dw
+    >>> b = [[1.0]] * 400 + [[2.0]] * 200  # b1 jumps
+    >>> y, u = dw.simulate([-0.8], b, samples=600, noise_std=0.1, seed=1)
+    >>> trace = dw.ARX(1, 1, memory=dw.memory.VariableForgetting(50)).scan(y, u)
+    >>> trace.parameters[-1].round(1).tolist(), trace.parameters_std[-1].round(2).tolist()
+    ([-0.8, 2.0], [0.0, 0.02])
     """
 
     samples: float = 100.0

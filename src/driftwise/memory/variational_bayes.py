@@ -37,6 +37,17 @@ class VariationalBayes(NamedTuple):
     samples. ``phi`` is that of `Drift`. Bad at: drift, which none of them learns: where the nominal one is too small,
     "noise" and "both" call it noise, widen the one and follow the other too slowly (errors two to seven times those of
     a known q, bars far too short). They are here for comparison.
+
+    Examples
+    --------
+    >>> import numpy as np, driftwise as dw
+    >>> rng = np.random.default_rng(1)
+    >>> slope = np.cumsum(0.05 * rng.standard_normal(500))  # it walks
+    >>> phi = rng.standard_normal((500, 1))
+    >>> y = phi[:, 0] * slope + 0.1 * rng.standard_normal(500)
+    >>> trace = dw.Regression(1, memory=dw.memory.VariationalBayes(nvr=0.25)).scan(y, phi)
+    >>> f"{trace.parameters[-1, 0]:.2f} ± {trace.parameters_std[-1, 0]:.2f}, the truth is {slope[-1]:.2f}"
+    '-0.76 ± 0.08, the truth is -0.89'
     """
 
     rule: str = "drift"

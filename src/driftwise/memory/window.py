@@ -38,6 +38,15 @@ class Window(NamedTuple):
     Exact to round-off, noise variance included; a jump is forgotten completely after ``samples`` samples. The state
     holds (N + 1)(N + 2)/2 numbers for each sample of the window. Bad at: noise (each estimate has only so many
     samples), and windows without excitation, which fall back on the prior.
+
+    Examples
+    --------
+    >>> import driftwise as dw
+    >>> b = [[1.0]] * 400 + [[2.0]] * 200  # b1 jumps
+    >>> y, u = dw.simulate([-0.8], b, samples=600, noise_std=0.1, seed=1)
+    >>> trace = dw.ARX(1, 1, memory=dw.memory.Window(100)).scan(y, u)
+    >>> trace.parameters[-1].round(1).tolist(), trace.parameters_std[-1].round(2).tolist()
+    ([-0.8, 2.0], [0.0, 0.01])
     """
 
     samples: int

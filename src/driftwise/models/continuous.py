@@ -52,6 +52,11 @@ class ContinuousModel:
     1/s. Uncertainties are first order (delta method): they fail near multiple poles, where sampling from ``covariance``
     is the remedy.
 
+    Parameters
+    ----------
+    form, values, covariance, dt
+        As for `Model`; ``values`` are those of the differential equation, per second.
+
     Examples
     --------
     >>> m = ContinuousModel(Canonical(2, 1), [0.3, 1.0, 0.0, 2.0], np.diag([1e-4, 1e-4, 1e-4, 4e-4]))

@@ -63,6 +63,16 @@ class Model(StateSpace, WithPoles):
     Bad at: laws far from Gaussian. A nearly double pole is uncertain along a cross, not an ellipse; look at
     `samples`. The covariance is the estimator's own: under a wrong noise model it is not the error.
 
+    Parameters
+    ----------
+    form : Canonical
+        Order, inputs, which terms there are.
+    values : (m,)
+        a1.., b1.., in the order of ``names``.
+    covariance : (m, m)
+    dt : float
+        Seconds between samples.
+
     Examples
     --------
     >>> import numpy as np

@@ -19,6 +19,13 @@ class EquationError(NamedTuple):
 
     The default of `Joint`: exact, and on most process records the better predictor. Bad at measurement noise: white
     noise on y biases the parameters (use `OutputError`).
+
+    Examples
+    --------
+    >>> import driftwise as dw
+    >>> y, u = dw.simulate([-0.8], [1.0], samples=400, noise_std=0.1, seed=1)
+    >>> dw.Joint(1, inputs=1, noise=dw.models.EquationError()).scan(y, u).parameters[-1].round(1).tolist()
+    [-0.8, 1.0]
     """
 
     variance: float | None = None
@@ -31,6 +38,14 @@ class OutputError(NamedTuple):
     moments of a Gaussian posterior, so the posterior is approximate: in strong noise some records settle wrongly from
     a bad start, one in ten where 1/A is not positive real. Bad at a plant disturbance that passes through the
     dynamics, which most process records have (use `EquationError`: it is exact).
+
+    Examples
+    --------
+    >>> import driftwise as dw
+    >>> y, u = dw.simulate([-0.8], [1.0], samples=1000, noise_std=2.0, noise="output", seed=1)
+    >>> est = dw.Joint(1, inputs=1, noise=dw.models.OutputError())
+    >>> [one.scan(y, u).parameters[-1].round(1).tolist() for one in (est, dw.Joint(1, inputs=1))]
+    [[-0.8, 1.0], [-0.5, 1.4]]
     """
 
     variance: float | None = None
@@ -42,6 +57,14 @@ class NoisePolynomial(NamedTuple):
     ``d`` lists d_0 .. d_{n-1} of C(z) = z^n + d_{n-1} z^{n-1} + ... + d_0; ``variance`` is that of v
     (None: learnt). A wrong d biases the parameters: `asymptotic_bias` gives the limit. Zeros of C outside the circle
     do no harm: the filter then predicts as with their reflections (`minimum_phase`). On the circle it settles as 1/t.
+
+    Examples
+    --------
+    >>> import driftwise as dw
+    >>> y, u = dw.simulate([-0.8], [1.0], samples=2000, noise_std=0.5, d=[0.6], seed=1)
+    >>> est = dw.Joint(1, inputs=1, noise=dw.models.NoisePolynomial((0.6,)))
+    >>> est.scan(y, u).parameters[-1].round(2).tolist()
+    [-0.8, 1.01]
     """
 
     d: tuple
@@ -59,6 +82,16 @@ class UnknownPolynomial(NamedTuple):
     they are drawn back and the rest of the estimate moves with them. Bad at systems whose poles and zeros of C
     nearly cancel: a is then known only as well as d is (`cramer_rao` gives the ratio). Source: Ljung and Soderstrom
     (1983), chapter 3.
+
+    ``variance`` is that of v (None: learnt).
+
+    Examples
+    --------
+    >>> import driftwise as dw
+    >>> y, u = dw.simulate([-0.8], [1.0], samples=2000, noise_std=0.5, d=[0.6], seed=1)
+    >>> trace = dw.Joint(1, inputs=1, noise=dw.models.UnknownPolynomial()).scan(y, u)
+    >>> trace.names, trace.parameters[-1].round(1).tolist()
+    (['a1', 'b1', 'c1'], [-0.8, 1.0, 0.6])
     """
 
     d: tuple | None = None
@@ -69,7 +102,17 @@ class UnknownPolynomial(NamedTuple):
 
 
 class NoiseCovariance(NamedTuple):
-    """Known covariances: Q of w (n, n) or of the whole noise (N, N), S = cov(w, w_n), R = var w_n."""
+    """Known covariances: Q of w (n, n) or of the whole noise (N, N), S = cov(w, w_n), R = var w_n.
+
+    Examples
+    --------
+    >>> import driftwise as dw
+    >>> import numpy as np
+    >>> y, u = dw.simulate([-0.8], [1.0], samples=400, noise_std=0.1, seed=1)
+    >>> noise = dw.models.NoiseCovariance(Q=np.array([[0.0]]), S=np.array([0.0]), R=0.01)
+    >>> dw.Joint(1, inputs=1, noise=noise).scan(y, u).parameters[-1].round(1).tolist()
+    [-0.8, 1.0]
+    """
 
     Q: np.ndarray
     S: np.ndarray

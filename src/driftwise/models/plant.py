@@ -67,6 +67,13 @@ class Polynomial(NamedTuple):
     walk : q's highest derivative also wanders: standard deviation it gains in one second. A window knows none
     outputs : number or (p,): how q enters each output
     name : what it is called; q if omitted
+
+    Examples
+    --------
+    >>> import driftwise as dw
+    >>> drag = dw.models.Polynomial([0, 1], prior_std=2.0, degree=1, name="drag")  # a ramp on the second state
+    >>> drag.degree, drag.name
+    (1, 'drag')
     """
 
     into: Any
@@ -84,6 +91,13 @@ class Sinusoid(NamedTuple):
     ----------
     w : frequency in rad/s
     into, prior_std, walk, outputs, name : as in `Polynomial`; the prior is the one of q_c, and of q_s
+
+    Examples
+    --------
+    >>> import driftwise as dw
+    >>> hum = dw.models.Sinusoid(w=314.16, into=0, prior_std=1.0, outputs=1.0, name="hum")  # on the output only
+    >>> hum.w, hum.name
+    (314.16, 'hum')
     """
 
     w: float

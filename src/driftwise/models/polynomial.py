@@ -25,6 +25,17 @@ class PolynomialModel(WithPoles):
 
     Bad at: what `Model` is bad at; and factors that share a root (no data tell A from F then).
 
+    Parameters
+    ----------
+    family : Family
+        Orders and delays.
+    values, covariance : (m,), (m, m)
+        Coefficients in the order of ``names``.
+    dt : float
+        Seconds between samples.
+    noise_std : float
+        Standard deviation of e, in units of y.
+
     Examples
     --------
     >>> import numpy as np

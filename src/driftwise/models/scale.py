@@ -19,6 +19,19 @@ class InverseGamma(NamedTuple):
     The conjugate case: means and gains do not change, alpha gains 1/2 and beta e^2/(2T) at every sample.
     A negative ``alpha`` is the reference prior that spends one half on each of the N unknowns first; the
     scale then counts alpha as at least 1/2.
+
+    Parameters
+    ----------
+    alpha, beta : float
+        The mean of sigma^2 is beta/(alpha - 1), its weight that of 2 alpha samples.
+
+    Examples
+    --------
+    >>> import driftwise as dw
+    >>> y, u = dw.simulate([-0.8], [1.0], samples=400, noise_std=0.1, seed=1)
+    >>> est = dw.ARX(1, 1, scale=dw.models.InverseGamma(5.0, 0.05))
+    >>> round(float(est.sigma2(est.scan(y, u).state)) ** 0.5, 2)
+    0.1
     """
 
     alpha: float

@@ -25,6 +25,15 @@ class ObserverTrace(ParameterTrace):
     ``prediction``, ``innovation``, ``variance`` and ``status`` are (T,), with several outputs (T, p), and belong to
     y(t) given the samples before it: NaN, the variance infinite, while nothing is determined. Estimates are given the
     samples up to t, NaN (deviation: infinite) until ready.
+
+    Examples
+    --------
+    >>> import driftwise as dw
+    >>> cart = dw.Plant([[0, 1], [0, 0]], states=("position", "speed"))
+    >>> trace = dw.WindowObserver(cart, 1.0, noise_std=0.1, dt=0.1).scan([0.1 * k for k in range(30)])
+    >>> speed, std = trace.of("speed")
+    >>> round(float(speed[-1]), 3), round(float(std[-1]), 3)
+    (1.0, 0.11)
     """
 
     # --- columns -------------------------------------------------------------------------------------------

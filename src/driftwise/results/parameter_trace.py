@@ -27,6 +27,14 @@ class ParameterTrace(Trace):
     With several outputs (`JointMIMO`, `ARXMIMO`) those of y_i(t) are given the samples before t *and* y_1(t) ..
     y_{i-1}(t) where these tell about it (an output acting at once, or correlated noise), so innovations of different
     outputs are independent where the noise is as stated.
+
+    Examples
+    --------
+    >>> import driftwise as dw
+    >>> y, u = dw.simulate([-0.8], [1.0], samples=400, noise_std=0.1, seed=1)
+    >>> trace = dw.ARX(1, 1).scan(y, u)
+    >>> trace.names, trace.parameters.shape, trace.parameters_std[-1].round(3).tolist()
+    (['a1', 'b1'], (400, 2), [0.002, 0.006])
     """
 
     @property

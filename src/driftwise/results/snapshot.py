@@ -129,7 +129,27 @@ def rebuild(text: str):
 
 
 def save_state(estimator, state, path) -> None:
-    """Write an estimator with one state, or a fleet of them, to a JSON file; every bit survives."""
+    """Write an estimator with one state, or a fleet of them, to a JSON file; every bit survives.
+
+    Parameters
+    ----------
+    estimator, state
+        As `scan` and `update` use and return them; a fleet's state has a row for each series.
+    path : str or Path
+        Where to write.
+
+    Examples
+    --------
+    >>> import driftwise as dw, tempfile, pathlib
+    >>> y, u = dw.simulate([-0.8], [1.0], samples=400, noise_std=0.1, seed=1)
+    >>> est = dw.ARX(1, 1)
+    >>> state = est.scan(y, u).state
+    >>> path = pathlib.Path(tempfile.mkdtemp()) / "state.json"
+    >>> dw.save_state(est, state, path)
+    >>> again, resumed = dw.load_state(path)
+    >>> again == est, bool((resumed == state).all())
+    (False, True)
+    """
     if not _is_estimator(estimator) or getattr(state, "dtype", None) != estimator.dtype:
         raise InputError("save_state takes (estimator, state, path): the state is one of that estimator's own")
     rows = np.atleast_1d(state).view(np.float64).reshape(np.size(state), -1)
@@ -144,10 +164,25 @@ def save_state(estimator, state, path) -> None:
 def load_state(path):
     """Return (estimator, state) as saved.
 
+    Parameters
+    ----------
+    path : str or Path
+        What `save_state` wrote.
+
     Raises
     ------
     InputError
         Where the file is no such file, was altered, or is of another version.
+
+    Examples
+    --------
+    >>> import driftwise as dw, tempfile, pathlib
+    >>> est, path = dw.AR(1), pathlib.Path(tempfile.mkdtemp()) / "state.json"
+    >>> state, _ = est.update(est.start(), 1.0)
+    >>> dw.save_state(est, state, path)
+    >>> again, resumed = dw.load_state(path)
+    >>> again == est, bool((resumed == state).all())
+    (False, True)
     """
     with reading(path, "save_state"):
         with open(path, encoding="utf-8") as f:

@@ -94,6 +94,14 @@ class Summary(ModelSummary):
     Outliers, those of a gate and those that a memory tells, are left out of NIS, coverage and whiteness (those of a
     gate out of the fit as well), and so are the first ``settle`` measured samples (by default 2 N): there the prior
     speaks. NIS and coverage also wait until the learnt scale has ten degrees of freedom.
+
+    Examples
+    --------
+    >>> import driftwise as dw
+    >>> y, u = dw.simulate([-0.8], [1.0], samples=400, noise_std=0.1, seed=1)
+    >>> summary = dw.ARX(1, 1).scan(y, u).summary()
+    >>> summary.samples, round(summary.fit), round(summary.noise_std, 1)
+    (400, 96, 0.1)
     """
 
     def __init__(self, estimator, settle: int | None = None):

@@ -36,6 +36,16 @@ class Trace:
     ``prediction``, ``innovation`` and ``variance`` belong to y(t) given the samples before it. An estimator of one
     output has them (T,), one of several (T, p). ``state`` continues where the trace ends. A row of ``table`` has the
     ``columns`` that the estimator declares, each for every output, then what its kind of trace knows.
+
+    Examples
+    --------
+    >>> import driftwise as dw
+    >>> y, u = dw.simulate([-0.8], [1.0], samples=400, noise_std=0.1, seed=1)
+    >>> trace = dw.ARX(1, 1).scan(y, u)
+    >>> trace.prediction.shape, trace.parameters.shape, trace.names
+    ((400,), (400, 2), ['a1', 'b1'])
+    >>> round(float(abs(trace.innovation[10:]).max()), 1)
+    0.4
     """
 
     begun: Any = None  # the state before the first sample

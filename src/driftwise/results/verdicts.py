@@ -21,6 +21,14 @@ class Verdict(NamedTuple):
     threshold : (low, high), the range in which the value is fine; infinite where it has no end
     is_fine : whether it is
     advice : one sentence: what it means, and what to do about it
+
+    Examples
+    --------
+    >>> import driftwise as dw
+    >>> y, u = dw.simulate([-0.8], [1.0], samples=400, noise_std=0.1, seed=1)
+    >>> verdict = dw.ARX(1, 1).scan(y, u).diagnose().find("coverage")
+    >>> verdict.is_fine, verdict.threshold, verdict.advice
+    (True, (0.9175257731958762, 0.9768041237113402), 'the 95 % bands hold what they should')
     """
 
     name: str
@@ -60,7 +68,16 @@ class Verdict(NamedTuple):
 
 
 class Diagnosis(list[Verdict]):
-    """The verdicts of a run, a list; print it for a table, in which ``!`` marks what is not fine."""
+    """The verdicts of a run, a list; print it for a table, in which ``!`` marks what is not fine.
+
+    Examples
+    --------
+    >>> import driftwise as dw
+    >>> y, u = dw.simulate([-0.8], [1.0], samples=400, noise_std=0.1, seed=1)
+    >>> diagnosis = dw.ARX(1, 1).scan(y, u).diagnose()
+    >>> [verdict.name for verdict in diagnosis if not verdict.is_fine]
+    []
+    """
 
     @property
     def is_fine(self) -> bool:

@@ -144,6 +144,16 @@ class Tracks(Sequence):
 
     ``origin`` is where East and North count from, ``faults`` what could not be read, ``counts`` says how many plots
     came, were late, repeated others, were set aside as outliers, lay in tracks never confirmed, or had a wild clock.
+
+    ``events`` tell what happened to the whole.
+
+    Examples
+    --------
+    >>> import numpy as np, driftwise as dw
+    >>> t = 4.0 * np.arange(30)
+    >>> tracks = dw.track({"time": t, "east": 150 * t, "north": 80 * t})
+    >>> len(tracks), tracks[0].trace.speed[-1].round().item()
+    (1, 170.0)
     """
 
     def __init__(self, tracks, origin=None, faults: tuple[Fault, ...] = (), counts=None, events=()):

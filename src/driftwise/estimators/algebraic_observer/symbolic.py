@@ -27,13 +27,13 @@ def symbolic_coefficients(a, b=0, *, degree: int = 0, frequencies: Any = 0) -> S
     a : order n, for the letters a0 .. a(n-1); or a_0 .. a_n with a_n = 1: numbers, expressions, or text for them
     b : m, for the letters b0 .. bm; or b_0 .. b_m
     degree : degree of the polynomial disturbance; -1: none
-    frequencies : how many, for the letters w1 ..; or a sequence of frequencies
+    frequencies : how many, for the letters w1 ..; or a sequence of frequencies, rad/s
 
     Examples
     --------
-    >>> from driftwise import symbolic_coefficients                  # doctest: +SKIP
-    >>> found = symbolic_coefficients([0, "c", "R/L", 1], ["k"], frequencies=["w"])     # doctest: +SKIP
-    >>> found.alpha[2, 0]                                             # doctest: +SKIP
+    >>> from driftwise.estimators import symbolic_coefficients
+    >>> found = symbolic_coefficients([0, "c", "R/L", 1], ["k"], frequencies=["w"])
+    >>> found.alpha[2, 0]
     300*t**4 + 6*R*t**5/L
     """
     try:

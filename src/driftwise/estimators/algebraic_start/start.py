@@ -40,6 +40,15 @@ class AlgebraicStart(NamedTuple):
     smaller. Bad at: plants that no continuous model has (a pole on the negative real axis); `EquationError`, where the
     filter alone is exact already. There the fit is not the best one, and its covariance says so: J+ H H' J+' R, with
     H the colour of the filter's noise on y.
+
+    Examples
+    --------
+    >>> import driftwise as dw
+    >>> y, u = dw.simulate([-0.8], [1.0], samples=400, noise_std=0.1, noise="output", seed=1)
+    >>> est = dw.Joint(1, inputs=1, noise=dw.models.OutputError(), start=dw.estimators.AlgebraicStart(60))
+    >>> trace = est.scaled_to(y, u).scan(y, u)
+    >>> trace.parameters[-1].round(1).tolist()
+    [-0.8, 1.0]
     """
 
     samples: int | None = None

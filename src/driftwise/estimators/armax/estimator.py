@@ -173,6 +173,13 @@ class ARMA(_Member):
 
     Bad at: nearly common roots of A and C, which no data tell apart.
 
+    Parameters
+    ----------
+    na, nc : int
+        Number of past outputs, and of past e.
+    **options
+        As for `ARMAX`.
+
     Examples
     --------
     >>> import driftwise as dw

@@ -418,6 +418,13 @@ class ARX(InHindsight, Recursive):
 class AR(ARX):
     """Parameters of A(q) y = e by recursive least squares: `ARX` without an input.
 
+    Parameters
+    ----------
+    na : int
+        Number of past outputs.
+    **options
+        As for `ARX`.
+
     Examples
     --------
     >>> import driftwise as dw

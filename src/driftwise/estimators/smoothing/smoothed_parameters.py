@@ -72,6 +72,14 @@ class SmoothedParameters:
     -----
     Bad at: bars of ``hyper="ml"`` take the drift for known, so that those of parameters whose drift the record cannot
     tell are too short; ``hyper="average"`` is for them (docs/smoothing.md).
+
+    Examples
+    --------
+    >>> import driftwise as dw
+    >>> y, u = dw.simulate([-0.8], [1.0], samples=400, noise_std=0.1, seed=1)
+    >>> smoothed = dw.ARX(1, 1).smooth(y, u)
+    >>> smoothed.parameters.shape, smoothed.parameters[200].round(1).tolist(), smoothed.jumps
+    ((400, 2), [-0.8, 1.0], [])
     """
 
     def __init__(self, estimator, y, u, hindsight: Hindsight, lag, time=None):

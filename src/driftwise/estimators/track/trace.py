@@ -21,6 +21,14 @@ class TrackTrace(Trace):
     ``prediction``, ``innovation``, ``variance`` and the density belong to a plot ``y`` given those before it: NaN, the
     variance infinite, of the first. Position, velocity, acceleration, course and turn rate are those after it; where a
     scan had no plot, what is expected then. ``state`` continues where the trace ends.
+
+    Examples
+    --------
+    >>> import numpy as np, driftwise as dw
+    >>> t = 4.0 * np.arange(30)
+    >>> trace = dw.TrackEstimator("aircraft").scan(t, np.stack([150 * t, 80 * t], axis=1))
+    >>> trace.position.shape, trace.speed[-1].round().item(), trace.course[-1].round().item()
+    ((30, 2), 170.0, 62.0)
     """
 
     def __repr__(self):
