@@ -171,8 +171,9 @@ def test_a_lost_connection_is_made_again_and_the_table_is_told(tmp_path):
 def test_what_is_forgotten_does_not_change_what_is_estimated():
     rng = np.random.default_rng(1)
     t = 4.0 * np.arange(600)
+    east = 100 * np.concatenate([t, t[:100]])
     seen = plots(
-        np.concatenate([t, t[:100] + 1]), rng.normal(0, 20, (700, 2)) + np.concatenate([t, t[:100]])[:, None] * [100, 0],
+        np.concatenate([t, t[:100] + 1]), rng.normal(0, 20, (700, 2)) + np.outer(east, [1, 0]),
         key=["AB1"] * 600 + [f"N{k // 10}" for k in range(100)], sensor=["A"] * 600 + [f"S{k}" for k in range(100)],
     )  # fmt: skip
     whole, kept = dw.tracking.Tracker(), dw.tracking.Tracker()
