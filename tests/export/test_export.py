@@ -36,6 +36,7 @@ CASES = {
     "joint_mimo": dw.JointMIMO((2, 1), inputs=2),
     "continuous": dw.ContinuousJoint(2, inputs=1),
     "observer": dw.WindowObserver(PLANT, 2.0, dt=0.1, hold="zoh", noise_std=0.1),
+    "state_space": dw.StateSpace([[1, 1], [0, 1]], [[0.5], [1]], H=np.eye(2), Q=[0, 0.1], R=[1.0, 2.0], P0=10.0),
 }
 FLOATS = {
     "constant": dw.Constant(),

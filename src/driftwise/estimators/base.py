@@ -327,6 +327,11 @@ class Estimator(Answers, Portable):
         options: dict[str, Any] = dict(language=language, name=name, precision=precision, keep=keep)
         return verbs.call("export", self, folder, state, **options)
 
+    @property
+    def is_single_step(self) -> bool:
+        """Whether a sample is one compiled step from row to row, and nothing besides: what can be exported."""
+        return type(self).drive is Estimator.drive and type(self).update is Estimator.update
+
     @cached_property
     def drive(self):
         """The compiled loop, ``drive(rows, ys, us, outs, est.spec, est.scratch())``: the fastest way in, no checks."""

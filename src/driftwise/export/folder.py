@@ -70,7 +70,7 @@ def source_of(est: Any, state, name: str, keep: str = "std", is_single: bool = F
     kind = type(est)
     if not is_estimator(est):
         raise InputError(f"an estimator is exported, such as ARX(2, 2), got {est!r}")
-    if kind.drive is not Estimator.drive or kind.update is not Estimator.update:
+    if not est.is_single_step:
         raise InputError(
             f"{kind.__name__} is not exported: it needs a host, as it is no single step from sample to sample; export "
             "one of the estimators it is made of, such as ARX or Joint"

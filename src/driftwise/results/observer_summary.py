@@ -20,6 +20,9 @@ class ObserverSummary:
     correlated even where the plant is right, so no verdict on whiteness is given for one.
     """
 
+    too_small = "the plant, the disturbances or noise_std are not what was stated"
+    too_large = "noise_std or a walk was stated too large"
+
     def __init__(self, estimator):
         self.estimator = estimator
         form = estimator.model
@@ -112,11 +115,7 @@ class ObserverSummary:
             elif nis.is_consistent or abs(size - 1) < 0.05:
                 said.append(f"{name} is predicted as well as the plant and the noise say (NIS {nis.value:.2f}).")
             else:
-                more, why = (
-                    ("larger", "the plant, the disturbances or noise_std are not what was stated")
-                    if size > 1
-                    else ("smaller", "noise_std or a walk was stated too large")
-                )
+                more, why = ("larger", self.too_small) if size > 1 else ("smaller", self.too_large)
                 said.append(
                     f"{name}: prediction errors are {max(size, 1 / size):.2g} times {more} than stated (NIS "
                     f"{nis.value:.2g}): {why}, and so are the error bars."

@@ -110,13 +110,17 @@ def _is_ours(value) -> bool:
         return all(map(_is_ours, value))
     if _is_estimator(value):
         return is_described(value)
+    if callable(value):  # a function: what it does cannot be written down
+        return False
     return not hasattr(value, "_fields") or (type(value) in kinds().values() and all(map(_is_ours, value)))
 
 
 def describe(estimator) -> str:
     """Return the settings of an estimator as JSON; a user's own policies are not covered."""
     if not is_described(estimator):
-        raise InputError(f"{estimator!r} has a policy that is not driftwise's own: keep its settings yourself")
+        raise InputError(
+            f"{estimator!r} has a policy or a function that is not driftwise's own: keep its settings yourself"
+        )
     options = {k: _plain(v) for k, v in estimator.options.items()}
     return json.dumps({"schema": SCHEMA, "estimator": type(estimator).__name__, "options": options})
 

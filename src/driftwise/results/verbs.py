@@ -17,6 +17,7 @@ VERBS: dict[str, dict[str, str]] = {  # verb, kind of result: module and functio
     "report": {
         "ParameterTrace": "report.run_page:write",
         "ObserverTrace": "report.observer_page:write",
+        "StateTrace": "report.state_space_page:write",
         "GreyBoxTrace": "report.grey_box_page:write",
         "Identification": "report.identification_page:write",
         "Validation": "report.validation_page:write",

@@ -181,6 +181,11 @@ class StateSpace(Observer):
         """What to know of the system before it is believed: sentences, none where every state is observable."""
         return self.system.notes
 
+    @property
+    def is_single_step(self) -> bool:
+        """Whether a sample is one compiled step: matrices that are functions of dt are made in Python."""
+        return not self.functions
+
     def start(self, series: int | None = None) -> np.ndarray:
         """Return a fresh state, or ``series`` of them."""
         state = super().start(series)
@@ -281,6 +286,33 @@ class StateSpace(Observer):
         if measured <= self.model.n + len(which):
             raise InputError(f"y has {measured} measured values: too few to say how loud the noise is")
         return tune(self, y, u, time, which)
+
+    # --- looking ahead, and at a record ---------------------------------------------------------------------
+
+    def predict(self, state, u=None, horizon: int | None = None) -> tuple[np.ndarray, np.ndarray]:
+        """Return mean and standard deviation of the next h outputs, (h,) or (h, p), given the inputs to come.
+
+        It is a gap at the end of the record: exact, the noise of the outputs to come included.
+
+        Parameters
+        ----------
+        state : one state, as `update` or a trace leaves it
+        u : (h,) or (h, k) inputs to come; omitted where there are none
+        horizon : int, optional
+            h; the length of ``u`` if omitted.
+
+        Examples
+        --------
+        >>> import driftwise as dw
+        >>> est = dw.StateSpace([[1, 1], [0, 1]], H=[1, 0], Q=[0, 0.1], R=1.0)
+        >>> mean, std = est.predict(est.scan([1.0, 2.0, 3.0, 4.0, 5.0]).state, horizon=3)
+        >>> print(mean.round(2), std.round(2))
+        [6. 7. 8.] [1.56 1.97 2.49]
+        """
+        u = validation.inputs_to_come(u, horizon, self.model.inputs)
+        missing = np.full(len(u) if self.outputs is None else (len(u), self.outputs), np.nan)
+        ahead = self.scan(missing, u if self.model.inputs else None, state=state, keep="innovations")
+        return ahead.prediction, np.sqrt(ahead.variance)
 
     # --- looking back --------------------------------------------------------------------------------------
 
