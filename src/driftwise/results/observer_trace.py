@@ -148,10 +148,8 @@ class ObserverTrace(ParameterTrace):
     # --- results -------------------------------------------------------------------------------------------
 
     def summary(self):
-        """Return the constant-memory `ObserverSummary` of this trace."""
-        from .observer_summary import ObserverSummary
-
-        return ObserverSummary(self.estimator).add(self)
+        """Return the constant-memory `ObserverSummary` of this trace, of the estimator's own kind."""
+        return self.estimator.summary().add(self)
 
     @property
     def outputs(self) -> list[Output]:

@@ -27,6 +27,7 @@ from .noise_factor import learnt as learnt_of
 from .noise_factor import noise_factor
 from .row import SCRATCH, STATE_SAMPLE, STATE_SPACE, StateSpaceForm
 from .settings import effective, fading, scale_fading
+from .summary import StateSummary
 from .trace import StateTrace
 
 WIDE = 1e8  # default prior variance in squared units of the data
@@ -383,6 +384,10 @@ class StateSpace(Observer):
             return np.ones(np.shape(state["chi2"]))[()]
         alpha, beta = self.scale
         return (beta + 0.5 * state["chi2"]) / np.maximum(alpha + 0.5 * state["observed"], 0.5)
+
+    def summary(self) -> StateSummary:
+        """Return an empty summary of runs, to which traces are added."""
+        return StateSummary(self)
 
     def noise_factor(self, state) -> tuple[float, float]:
         """Return what multiplies Q by now, and the deviation of its logarithm; 1 and 0 where it is not learnt."""

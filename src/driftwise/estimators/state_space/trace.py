@@ -27,9 +27,3 @@ class StateTrace(ObserverTrace):
         """Return the columns by name, under the system's own names."""
         more = {"nis": np.ascontiguousarray(self.nis), "log_density": np.ascontiguousarray(self.log_density)}
         return {**super().columns(), **more}
-
-    def summary(self):
-        """Return the constant-memory `StateSummary` of this trace."""
-        from .summary import StateSummary
-
-        return StateSummary(self.estimator).add(self)
