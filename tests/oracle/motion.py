@@ -11,7 +11,7 @@ import math
 import numpy as np
 import scipy.linalg
 
-from driftwise.estimators.track import bank, circle, pole, step
+from driftwise.estimators.track import bank, circle, judging, learning, pole, step
 
 TINY = 1e-12  # no evidence is quite nothing
 
@@ -156,14 +156,18 @@ class Pole:
         for c in range(len(w)):
             F[2 * c + 1, 2 * c], F[2 * c + 1, -1] = 1.0, w[c]
         S = self.H @ self.P @ self.H.T + R
+        e = w - self.H @ self.z
         M = F @ self.P @ self.H.T + self.G @ R
         K = M @ np.linalg.inv(S)
-        self.z = F @ self.z + K @ (w - self.H @ self.z)
+        known = self.z + self.P @ self.H.T @ np.linalg.inv(S) @ e  # of the state, now that w is measured
+        nu = R @ np.linalg.inv(S) @ e
+        phi = known[-1]
+        known[-1] = np.clip(phi, -pole.LARGEST, pole.LARGEST)  # before anything is built with it
+        self.z = F @ known + self.G @ nu
         self.P = F @ self.P @ F.T + self.G @ R @ self.G.T - K @ S @ K.T
         self.P = 0.5 * (self.P + self.P.T)
         self.P[-1, -1] += pole.WALK
-        if abs(self.z[-1]) > pole.LARGEST:  # held, and learnt anew
-            self.z[-1] = math.copysign(pole.LARGEST, self.z[-1])
+        if abs(phi) > pole.LARGEST:  # held, and learnt anew
             self.P[-1] = self.P[:, -1] = 0.0
             self.P[-1, -1] = pole.FIRST
         elif self.P[-1, -1] > pole.FIRST:  # nothing was learnt: no wider than at first
@@ -180,7 +184,8 @@ class Follower:
 
     def __init__(self, speed, C, *, forgetting, learning_rate, doubt, noise, tails):
         self.speed, self.C = speed, C
-        self.forgetting, self.rate, self.doubt, self.noise, self.tails = forgetting, learning_rate, -doubt, noise, tails
+        self.forgetting, self.rate, self.noise, self.tails = forgetting, learning_rate, noise, tails
+        self.doubt_of_others = -doubt
         self.seen = 0
 
     def take(self, t, y, R=None):
@@ -195,11 +200,12 @@ class Follower:
         self.last = self.velocity = np.zeros(self.C)
         self.stated = R
         self.trust = 1.0 if R is None else step.CLAIM
-        self.manoeuvre, self.is_told = step.STARTS, False
-        self.counts = np.array(step.PRIOR)
+        self.manoeuvre, self.is_told, self.waiting, self.doubt = step.STARTS, False, None, 0.0
+        self.surprise, self.still, self.grain = np.zeros((3, self.C))
+        self.counts = np.array(learning.PRIOR)
 
     def _start(self, d):
-        self.period = d
+        self.period = self.gap = d
         typical = (0.1 * self.speed * d) ** 2
         self.log = np.log(np.full(self.C, typical) if self.stated is None else self.stated)
         unit = np.exp(self.log)
@@ -207,7 +213,7 @@ class Follower:
         self.kalman += [Linear(3, a, q, d, self.speed, unit) for a, q in bank.CURVED]
         self.kalman += [Circle(q, d, self.speed, unit) for q in bank.TURNS if self.C == 2]
         self.poles = None
-        self.weight = np.full(len(self.kalman) + len(bank.RADII), self.doubt)
+        self.weight = np.full(len(self.kalman) + len(bank.RADII), self.doubt_of_others)
         self.weight[: len(bank.STRAIGHT)] = 0.0
 
     def _weights(self, known):
@@ -215,55 +221,121 @@ class Follower:
         return w / w.sum()
 
     def _take(self, t, y, R):
+        """A plot that seems wild waits for the next: two followers, one that believes it, go on side by side."""
         if not self.seen:
             return self._enter(t, y, R)
-        d, C, is_early = t - self.time, self.C, self.seen == 1
-        if is_early:
+        doubter, believer, p = copy.deepcopy(self), copy.deepcopy(self), self.doubt
+        doubter.waiting = believer.waiting = None
+        if self.waiting:
+            believer._expect(self.waiting[0], self.waiting[2])
+            believer._absorb(self.waiting[0], self.waiting[1])
+            believer._expect(t, R)
+        doubter._expect(t, R)
+        best = believer if self.waiting and p <= 0.5 else doubter
+        m, V, share = best.m, best.V, min(p, 1 - p)
+        if self.waiting:
+            rival = doubter if best is believer else believer
+            apart = rival.m - m
+            m = m + share * apart
+            V = (1 - share) * V + share * (rival.V + (1 - share) * np.outer(apart, apart))
+        base, shares = np.diag(V), best.counts / best.counts.sum()
+        scales = np.array(bank.SCALES)
+        spreading = shares @ np.array(bank.COUNTED)
+        found = {"prediction": m + self.first, "base": base, "weights": best.w, "spreading": spreading, "onset": False}
+        if self.C == 2:
+            found["cross"] = V[0, 1]
+        if y is None:
+            best._tell(found, best.w)
+            return found
+        y = y - self.first
+        e, v = y - m, scales * base[:, None]
+        found["log_score"] = np.logaddexp.reduce(np.log(shares) + log_normal(e[:, None], v), axis=1)
+        lower = np.array([[0.5 * math.erfc(-a / math.sqrt(2 * b)) for b in row] for a, row in zip(e, v)]) @ shares
+        found["lower"] = lower
+        chosen = doubter
+        if self.waiting:
+            if best._density(y) + math.log(1 - share) < rival._density(y) + math.log(share):
+                best = rival
+            chosen = best
+            if chosen is doubter:
+                chosen.counts = chosen.counts * chosen._fade() ** self.C
+                chosen.counts[bank.WILD] += self.C
+        kept = copy.deepcopy(self)
+        part = np.exp(chosen._parts(y))
+        far = part[:, scales > 10].sum(axis=1)
+        waits = chosen is doubter and self.seen >= step.EARLIEST and np.max(far / part.sum(axis=1)) > 0.5
+        if waits:
+            kept.counts, kept.waiting = chosen.counts.copy(), (t, y, R)
+            wild = np.max(part[:, bank.WILD] / far)
+            kept.doubt = np.clip(wild, 1 - step.SUREST, step.SUREST)
+            before = {}
+            chosen._tell(before, chosen.w)
+        chosen._absorb(t, y)
+        if not waits:
+            found["onset"] = not chosen.is_told and chosen.manoeuvre > step.TOLD_ABOVE
+            chosen.is_told = found["onset"] or (chosen.is_told and chosen.manoeuvre >= step.OVER_BELOW)
+        chosen._tell(found, chosen._weights(chosen.known))
+        if waits:
+            x, apart = found["state"], (before["state"] - found["state"]).ravel()
+            found["state"] = x + kept.doubt * apart.reshape(x.shape)
+            inner = before["spread"] + (1 - kept.doubt) * np.outer(apart, apart)
+            found["spread"] = (1 - kept.doubt) * found["spread"] + kept.doubt * inner
+        self.__dict__ = kept.__dict__ if waits else chosen.__dict__
+        return found
+
+    def _expect(self, t, R):
+        """Take everything on to a time: what each expects, relative to the first plot, and the mixture."""
+        d, C, self.is_early = t - self.time, self.C, self.seen == 1
+        if self.is_early:
             self._start(d)
         else:
             before = self.period
-            self.period *= (d / before) ** (1 / min(self.seen, step.PERIODS))
+            self.period *= (d / before) ** (1 / min(self.seen, learning.PERIODS))
             for member in self.poles:
                 member.rescale(self.period / before)
-        unit, ahead = np.exp(self.log), d / self.period
-        g = np.ones(C) if R is None or self.stated is None else np.asarray(R) / self.stated
-        # what each expects, relative to the first plot
-        told = [m.predict(d, self.period, unit, g) for m in self.kalman]
-        if not is_early:
-            told += [m.predict(ahead, self.last, self.velocity, d, unit, g) for m in self.poles]
+        self.d, self.ahead = d, d / self.period
+        self.unit = np.maximum(np.exp(self.log), self.grain**2 / 12)
+        self.g = np.ones(C) if R is None or self.stated is None else np.asarray(R) / self.stated
+        told = [m.predict(d, self.period, self.unit, self.g) for m in self.kalman]
+        if not self.is_early:
+            told += [m.predict(self.ahead, self.last, self.velocity, d, self.unit, self.g) for m in self.poles]
         known = np.arange(len(self.weight)) < len(told)
         mean, S = (np.full((len(self.weight), C), np.nan) for _ in range(2))
         mean[known], S[known] = np.array(told).transpose(1, 0, 2)
-        # the mixture
-        w = self._weights(known)
-        m = w[known] @ mean[known]
-        base = w[known] @ (S[known] + (mean[known] - m) ** 2)
-        spreading = self.counts @ np.array(bank.SCALES) / self.counts.sum()
-        found = {"prediction": m + self.first, "base": base, "weights": w, "spreading": spreading}
-        if C == 2:
-            found["cross"] = np.sum(w[known] * (mean[known] - m).prod(axis=1))
-        if y is not None:
-            self._judge(found, y - self.first, unit, m, base, mean, S, w, known, is_early)
-            self._learn(found, y - self.first, d, ahead, unit, g, mean, S)
-            self.time, self.seen = t, self.seen + 1
-            w = self._weights(known)
-        self._tell(found, w, unit)
-        return found
+        first = len(self.kalman)
+        known[first:] &= (np.abs(mean[first:] - self.last) < judging.MADDEST * self.speed * d).all(axis=1)
+        self.known, self.mean, self.S = known, mean, S
+        self.w = w = self._weights(known)
+        self.m = w[known] @ mean[known]
+        apart = mean[known] - self.m
+        self.V = np.diag(w[known] @ S[known]) + apart.T @ (w[known][:, None] * apart)
 
-    def _judge(self, found, y, unit, m, base, mean, S, w, known, is_early):
-        e, shares = y - m, self.counts / self.counts.sum()
-        v = np.array(bank.SCALES) * base[:, None]
-        part = np.log(shares) + log_normal(e[:, None], v)
-        density = np.logaddexp.reduce(part, axis=1)
-        lower = np.array([[0.5 * math.erfc(-a / math.sqrt(2 * b)) for b in row] for a, row in zip(e, v)]) @ shares
-        found |= {"log_score": density, "lower": lower}
-        z2 = (y - mean[known]) ** 2 / S[known]
-        score = (-0.5 * np.log(S[known]) - 0.5 * (step.FREEDOM + 1) * np.log1p(z2 / step.FREEDOM)).sum(axis=1)
+    def _parts(self, y):
+        """Return the log density of each scale of the tails, (C, J)."""
+        v = np.array(bank.SCALES) * np.diag(self.V)[:, None]
+        return np.log(self.counts / self.counts.sum()) + log_normal((y - self.m)[:, None], v)
+
+    def _density(self, y):
+        return np.logaddexp.reduce(self._parts(y), axis=1).sum()
+
+    def _fade(self):
+        return 1 - 1 / min(self.tails, learning.YOUNG + self.seen)
+
+    def _absorb(self, t, y):
+        self._judge(y)
+        self._learn(t, y)
+
+    def _judge(self, y):
+        known, unit, C = self.known, self.unit, self.C
+        z2 = (y - self.mean[known]) ** 2 / self.S[known]
+        score = (-0.5 * np.log(self.S[known]) - 0.5 * (judging.FREEDOM + 1) * np.log1p(z2 / judging.FREEDOM)).sum(
+            axis=1
+        )
         likelihood = np.exp(score - score.max())
         # whether it manoeuvres: the members that see an acceleration beyond the gentle, against those that see none
-        least = self.speed / step.GENTLE
-        sees = [i > 0 and m.acceleration(self.period, unit) > least for i, m in enumerate(self.kalman)]
-        w, likelihood, sees = w[: len(sees)], likelihood[: len(sees)], np.array(sees)
+        least, kalman = self.speed / judging.GENTLE, len(self.kalman)
+        sees = np.array([i > 0 and m.acceleration(self.period, unit) > least for i, m in enumerate(self.kalman)])
+        w, likelihood = self.w[:kalman], likelihood[:kalman]
         calm = (w @ (likelihood * ~sees) + TINY) / (w @ ~sees + TINY)
         moving = (w @ (likelihood * sees) + TINY * calm) / (w @ sees + TINY)  # no evidence where none sees one
         is_sure = sees & np.array([m.bends(unit) for m in self.kalman])
@@ -271,26 +343,27 @@ class Follower:
         before = max(self.manoeuvre, lead)
         before = before * (1 - step.ENDS) + (1 - before) * step.STARTS
         self.manoeuvre = before * moving / (before * moving + (1 - before) * calm)
-        found["onset"] = not self.is_told and self.manoeuvre > step.TOLD_ABOVE
-        self.is_told = found["onset"] or (self.is_told and self.manoeuvre >= step.OVER_BELOW)
         self.weight = self.forgetting * self.weight
         self.weight[known] += self.rate * (score - score.max())
         self.weight -= self.weight.max()
-        if not is_early:
-            fade = 1 - 1 / min(self.tails, step.YOUNG + self.seen)
-            found_by = np.exp(part - density[:, None]).sum(axis=0)
-            self.counts = np.maximum(fade**self.C * self.counts + found_by, step.LEAST_COUNT * np.array(step.PRIOR))
+        if not self.is_early:
+            parts = self._parts(y)[:, : bank.WILD]
+            found = np.exp(parts - np.logaddexp.reduce(parts, axis=1)[:, None]).sum(axis=0)
+            self.counts = self.counts * self._fade() ** C
+            self.counts[: bank.WILD] += found
+            self.counts = np.maximum(self.counts, learning.LEAST_COUNT * np.array(learning.PRIOR))
 
-    def _learn(self, found, y, d, ahead, unit, g, mean, S):
-        velocity, early = (y - self.last) / d, self.seen == 1
-        if not early and self.seen <= step.LEARNT_BY:  # second differences
-            step_before = self.gap
+    def _learn(self, t, y):
+        d, ahead, unit, g, S = self.d, self.ahead, self.unit, self.g, self.S
+        velocity, early = (y - self.last) / d, self.is_early
+        if not early and self.seen <= learning.LEARNT_BY:  # second differences
             e = y - self.last - d * self.velocity
-            noise = 1 + (1 + d / step_before) ** 2 + (d / step_before) ** 2  # n_k - (1 + h) n_k-1 + h n_k-2
+            noise = 1 + (1 + d / self.gap) ** 2 + (d / self.gap) ** 2  # n_k - (1 + h) n_k-1 + h n_k-2
             z = np.maximum(e * e / noise / g, 1e-8 * unit)
-            self.log = self.log + (np.log(z) + step.LOG_MEAN - self.log) / (self.seen - 1 + self.trust)
-        pace = max(1 / self.noise, 1 / (self.seen + 3))
-        grow = np.ones_like(S) if early else 1 + (np.minimum((y - mean) ** 2 / S, step.WILD) - 1) * pace
+            self.log = self.log + (np.log(z) + learning.LOG_MEAN - self.log) / (self.seen - 1 + self.trust)
+        pace, most = max(1 / self.noise, 1 / (self.seen + 3)), np.maximum(learning.MOST, self.surprise)
+        grow = np.ones_like(S) if early else 1 + (np.minimum((y - self.mean) ** 2 / S, most) - 1) * pace
+        grow[~self.known] = 1.0
         for member, factor in zip(self.kalman, grow):
             member.correct(y, unit, g)
             member.scale = member.scale * factor
@@ -301,11 +374,13 @@ class Follower:
             for member, factor in zip(self.poles, grow[len(self.kalman) :]):
                 member.correct(w, ahead, unit, g)
                 member.scale = member.scale * factor
+        self.surprise = (y - self.m) ** 2 / np.diag(self.V)
         self.gap, self.velocity, self.last = d, velocity, y
+        self.time, self.seen = t, self.seen + 1
 
-    def _tell(self, found, w, unit):
+    def _tell(self, found, w):
         known = w[: len(self.kalman)] / w[: len(self.kalman)].sum()
-        states = [member.state(self.period, unit) for member in self.kalman]
+        states = [member.state(self.period, self.unit) for member in self.kalman]
         x = sum(p * s[0] for p, s in zip(known, states))
         V = sum(p * (s[1] + np.outer(s[0] - x, s[0] - x)) for p, s in zip(known, states))
         if self.poles is not None and self.seen > 2:

@@ -14,7 +14,7 @@ from ..estimators.track.estimator import TrackEstimator
 from .live import Event, Live, Plot
 from .plots import Fault
 
-SCHEMA = 1
+SCHEMA = 2  # 2: a track remembers a plot that may be wild, an inbox how rare plots are
 PLAIN = "id key follows clock name code status period count allowance place due rival".split()  # of a track
 COUNTED = "counts time begun numbers".split()  # of the targets
 
@@ -34,6 +34,7 @@ def save(tracker, path) -> None:
         "arrivals": inbox.arrivals,
         "strange": inbox.strange,
         "dropped": inbox.dropped,
+        "steps": inbox.steps,
         "pooled": targets.scans.pooled,
         "free": targets.places.free,
         "events": targets.events,
@@ -65,6 +66,7 @@ def restore(kind, path):
         tracker.faults = [Fault(*f) for f in facts["faults"]]
         inbox = tracker.inbox
         inbox.newest, inbox.arrivals, inbox.dropped = facts["newest"], facts["arrivals"], facts["dropped"]
+        inbox.steps = facts["steps"]
         inbox.held = [(time, number, _plot(p)) for time, number, p in facts["held"]]
         inbox.strange = _plot(facts["strange"]) if facts["strange"] else None
         _put_back(tracker.targets, facts, arrays)
@@ -93,7 +95,7 @@ def _put_back(targets, facts: dict[str, Any], arrays: dict[str, np.ndarray]) -> 
 
 
 def _facts(track: Live) -> dict[str, Any]:
-    more = {"last": track.last, "motion": track.motion, "events": track.events}
+    more = {"last": track.last, "sure": track.sure, "motion": track.motion, "events": track.events}
     return {name: getattr(track, name) for name in PLAIN} | more
 
 
@@ -101,7 +103,8 @@ def _track(kept: dict[str, Any], state: np.ndarray, table: np.ndarray) -> Live:
     track = Live(kept["id"], kept["key"], state, kept["follows"], kept["clock"])
     for name in PLAIN:
         setattr(track, name, kept[name])
-    track.table, track.last, track.motion = table, _plot(kept["last"]), tuple(kept["motion"])
+    track.table, track.motion = table, tuple(kept["motion"])
+    track.last, track.sure = _plot(kept["last"]), _plot(kept["sure"])
     track.events = [Event(*e) for e in kept["events"]]
     return track
 

@@ -7,14 +7,17 @@ import math
 
 from .live import Plot
 
-LEAP = 600.0  # s: a clock that leaps farther needs a second plot that says so
+LEAP = 600.0  # s: a clock that leaps farther needs a second plot that says so ..
+STEPS = 20.0  # .. where plots do not come at such times anyway: the longest of the last steps, times this
+KEPT = 15  # steps
 
 
 class Inbox:
     """Plots held back for ``delay`` seconds, handed out in order of time.
 
-    A plot more than `LEAP` before or after the newest one waits until the next plot agrees with it, and is dropped when
-    that one does not: one wrong clock does not end every track.
+    A plot more than a leap before or after the newest one waits until the next plot agrees with it, and is dropped when
+    that one does not: one wrong clock does not end every track. A leap is `LEAP` seconds, or more where plots are rare:
+    a fix a day is no wild clock, and the recording itself says so.
     """
 
     def __init__(self, delay: float):
@@ -24,22 +27,35 @@ class Inbox:
         self.arrivals = 0
         self.strange: Plot | None = None
         self.dropped = 0
+        self.steps: list[float] = []  # s, between the last plots that were not at once
+
+    @property
+    def rare(self) -> float:
+        """How long it may be until any plot comes, s: the second longest of the last steps; 0 is unknown."""
+        return sorted(self.steps)[-2] if len(self.steps) > 1 else 0.0
+
+    @property
+    def leap(self) -> float:
+        """The time that needs a second plot, s."""
+        return max(LEAP, STEPS * self.rare)
 
     def put(self, plot: Plot) -> list[Plot]:
         """Take a plot and return those whose turn has come."""
         ready = []
-        if self.arrivals and abs(plot.time - self.newest) > LEAP:
+        if self.arrivals and abs(plot.time - self.newest) > self.leap:
             first, self.strange = self.strange, plot
-            if first is None or not 0 <= plot.time - first.time <= LEAP:
+            if first is None or not 0 <= plot.time - first.time <= max(self.leap, STEPS * (first.time - self.newest)):
                 self.dropped += first is not None
                 return []
             ready = self.finish()[:-1]
+            self._note(first.time)
             self.newest = first.time
             self._hold(first)
         elif self.strange:
             self.strange = None
             self.dropped += 1
         self._hold(plot)
+        self._note(plot.time)
         self.newest = max(self.newest, plot.time)
         return ready + self.take(self.newest - self.delay)
 
@@ -59,6 +75,10 @@ class Inbox:
         while self.held and self.held[0][0] <= until:
             ready.append(heapq.heappop(self.held)[2])
         return ready
+
+    def _note(self, time: float) -> None:
+        if time > self.newest > -math.inf:
+            self.steps = [*self.steps[1 - KEPT :], time - self.newest]
 
     def _hold(self, plot: Plot) -> None:
         self.arrivals += 1

@@ -40,7 +40,7 @@ class Live:
 
     __slots__ = (
         "allowance", "clock", "code", "count", "due", "events", "follows", "id", "key", "last", "motion", "name",
-        "period", "place", "rival", "state", "status", "table",
+        "period", "place", "rival", "state", "status", "sure", "table",
     )  # fmt: skip
 
     def __init__(self, id: int, key: str, state: np.ndarray, follows: int | None, clock: dict[str, list[float]]):
@@ -51,6 +51,7 @@ class Live:
         self.table = np.empty((0, 0))
         self.count = 0
         self.last: Plot = None  # type: ignore[assignment]  # a track has a plot from the beginning
+        self.sure: Plot = None  # type: ignore[assignment]  # the last that does not seem wild
         self.motion = 0.0, 0.0  # m/s East and North
         self.allowance = 0.0  # m: what a plot may lie beyond the reach of its class
         self.events: list[Event] = []

@@ -31,7 +31,7 @@ class Places:
 
     def move(self, track: Live) -> None:
         """Write down where a track was seen last."""
-        self.table[track.place] = track.last.time, track.last.east, track.last.north, track.allowance
+        self.table[track.place] = track.sure.time, track.sure.east, track.sure.north, track.allowance
 
     def remove(self, track: Live) -> None:
         """Take a track's place back."""

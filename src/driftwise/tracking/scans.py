@@ -4,7 +4,6 @@ from __future__ import annotations
 
 OWN, POOLED = 15, 63  # time differences remembered for an object and sensor; for a sensor over all objects
 ENOUGH = 5  # differences of its own an object needs until the sensor's need no longer count
-LONGEST = 600.0  # s: a longer time is a pause, not a scan
 
 
 def _median(values: list[float]) -> float:
@@ -21,15 +20,15 @@ class Scans:
     def __init__(self, pooled: dict[str, list[float]] | None = None):
         self.pooled = {} if pooled is None else pooled
 
-    def tick(self, clock: dict[str, list[float]], sensor: str, time: float) -> None:
-        """Move an object's clock on: a sensor saw it."""
+    def tick(self, clock: dict[str, list[float]], sensor: str, time: float, longest: float) -> None:
+        """Move an object's clock on: a sensor saw it; a time beyond ``longest`` is a pause, not a scan."""
         seen = clock.get(sensor)
         if seen is None:
             clock[sensor] = [time]
             return
         delta = time - seen[0]
         seen[0] = time
-        if not 0 < delta <= LONGEST:
+        if not 0 < delta <= longest:
             return
         seen.append(delta)
         if len(seen) > 1 + OWN:

@@ -10,21 +10,23 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..engine.status import OUTLIER
 from ..estimators.track.bank import TRACK_SAMPLE
 from ..estimators.track.estimator import TrackEstimator
-from .inbox import LEAP
+from .inbox import Inbox
 from .live import COASTING, CONFIRMED, ENDED, TENTATIVE, Event, Live, Plot
 from .places import Places
 from .scans import Scans
 
-UNKNOWN = 30.0  # s: the scan period assumed before one is known
+UNKNOWN = 30.0  # s: the scan period assumed before one is known, where plots are not rarer
 REPEAT = 0.02, 0.05  # scan periods, s: within both, a second plot of a track tells the first one again
 SUSPECTS = 8  # plots set aside that are remembered for a key
-WIDE = 3.0  # gates: two plots of one new track within them, and none of the old one, are of the old one
+NAMED = 4.0  # times as many scans without a plot as others may a track have that its plots name
 CODE = re.compile(r"A[0-7]{4}$")  # a Mode A code
 CLIMB, LEVELS = 50.0, 300.0  # m/s, m: altitudes that differ by more are two objects
 AT = TRACK_SAMPLE.slices(2)  # of a trace's row
 EAST_SPEED, NORTH_SPEED, SPREADING = AT["state"].start + 1, AT["state"].start + 4, AT["spreading"].start
+STATUS = AT["status"].start
 
 
 class Rules(NamedTuple):
@@ -42,8 +44,8 @@ class Rules(NamedTuple):
 class Targets:
     """What a `Tracker` follows. Plots come in order of time."""
 
-    def __init__(self, estimator: TrackEstimator, rules: Rules):
-        self.estimator, self.rules = estimator, rules
+    def __init__(self, estimator: TrackEstimator, rules: Rules, inbox: Inbox):
+        self.estimator, self.rules, self.inbox = estimator, rules, inbox
         self.time = -math.inf  # of the last plot
         self.begun = 0
         self.counts = dict.fromkeys(("plots", "late", "repeated", "outliers", "discarded"), 0)
@@ -70,7 +72,7 @@ class Targets:
         """Give a plot to its track, whichever that is."""
         self.counts["plots"] += 1
         if plot.time < self.time:
-            if plot.time > self.time - LEAP:
+            if plot.time > self.time - self.inbox.leap:
                 self.counts["late"] += 1
                 return
             for track in list(self.live.values()):
@@ -103,12 +105,12 @@ class Targets:
             self.of_key.setdefault(plot.key, []).append(track)
             self._extend(track, plot)
             return
-        if fitting := [t for t in alive if self._reaches(t.last, plot, t.allowance)]:
+        if fitting := [t for t in alive if self._reaches(t.sure, plot, t.allowance)]:
             self._extend(min(fitting, key=lambda t: _miss(t, plot)) if fitting[1:] else fitting[0], plot)
             return
         allowance = min(t.allowance for t in alive)
         suspects = self.suspects.setdefault(plot.key, [])
-        suspects[:] = [s for s in suspects if plot.time - s.time <= self.rules.gap * (alive[0].period or UNKNOWN)]
+        suspects[:] = [s for s in suspects if plot.time - s.time <= self.rules.gap * (alive[0].period or self._unknown)]
         agreeing = [s for s in suspects if s.time < plot.time and self._reaches(s, plot, allowance)]
         if not agreeing:
             suspects.append(plot)
@@ -139,7 +141,7 @@ class Targets:
     def _best(self, plot: Plot, addressed: bool = False) -> tuple[Live | None, Live | None]:
         """Return the track in whose gate a plot is most likely, and the confirmed one that it misses by least."""
         found, near = None, None
-        best, least = -math.inf, (WIDE * self.rules.gate) ** 2
+        best, least = -math.inf, math.inf
         for track in self.places.within_reach(plot, self.rules.fastest):
             if not self._may_take(track, plot, addressed):
                 continue
@@ -153,7 +155,7 @@ class Targets:
             if distance <= self.rules.gate**2:
                 if -distance - math.log(det) > best:
                     found, best = track, -distance - math.log(det)
-            elif distance <= least and track.status == CONFIRMED:
+            elif distance <= least and track.status != TENTATIVE:
                 near, least = track, distance
         return found, near
 
@@ -197,9 +199,11 @@ class Targets:
         number = self.numbers
         words = [number.setdefault(w, len(number)) for w in (plot.key, plot.name, plot.sensor)]
         track.append((plot.time, plot.east, plot.north, *plot.covariance, plot.altitude, *words), out)
-        self.scans.tick(track.clock, plot.sensor, plot.time)
+        self.scans.tick(track.clock, plot.sensor, plot.time, self.inbox.leap)
         track.period = self.scans.period(track.clock)
         track.last, track.name = plot, plot.name or track.name
+        if not int(out[STATUS]) & OUTLIER or track.count == 1:
+            track.sure = plot
         track.motion = float(out[EAST_SPEED]), float(out[NORTH_SPEED])
         variance = float(max(out[AT["base"]]) * out[SPREADING])  # of the forecast that there was
         if track.count > 1 and 0 <= variance < math.inf:
@@ -226,9 +230,14 @@ class Targets:
         N, M = self.rules.confirm
         if track.count < N:
             return
-        if track.last.time - track.rows[-N, 0] <= (M - 0.5) * (track.period or UNKNOWN):
+        if track.last.time - track.rows[-N, 0] <= (M - 0.5) * (track.period or self._unknown):
             track.status = CONFIRMED
             self._tell(track.last.time, track, "confirmed", f"{N} plots within {M} scans")
+
+    @property
+    def _unknown(self) -> float:
+        """The scan period assumed before one is known, s."""
+        return max(UNKNOWN, self.inbox.rare)
 
     def _plan(self, track: Live) -> None:
         """Say when to look at a track again."""
@@ -239,8 +248,9 @@ class Targets:
 
     def _deadline(self, track: Live) -> float:
         N, M = self.rules.confirm
-        scans = {TENTATIVE: M - N + 1.5, CONFIRMED: self.rules.coast + 0.5, COASTING: self.rules.gap}
-        return track.last.time + scans[track.status] * (track.period or UNKNOWN)
+        gap = self.rules.gap * (NAMED if self._has_key(track) else 1.0)
+        scans = {TENTATIVE: M - N + 1.5, CONFIRMED: self.rules.coast + 0.5, COASTING: gap}
+        return track.last.time + scans[track.status] * (track.period or self._unknown)
 
     def look(self, time: float) -> None:
         """Let tracks coast and end that were not seen for long."""
@@ -289,5 +299,5 @@ class Targets:
 
 def _miss(track: Live, plot: Plot) -> float:
     """Return how far a plot lies from where a track would be by now, m."""
-    past, last = plot.time - track.last.time, track.last
+    past, last = plot.time - track.sure.time, track.sure
     return math.hypot(plot.east - last.east - past * track.motion[0], plot.north - last.north - past * track.motion[1])

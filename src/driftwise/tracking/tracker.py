@@ -39,7 +39,8 @@ class Tracker:
     coast : float
         Scan periods without a plot after which a confirmed track is coasting.
     gap : float
-        Scan periods without a plot after which it has ended; what comes later is a new track that follows it.
+        Scan periods without a plot after which it has ended, four times as many where plots name it; what comes later
+        is a new track that follows it.
     gate : float
         Standard deviations within which a plot without a key belongs to a track.
     single : bool
@@ -95,7 +96,7 @@ class Tracker:
         self.origin: tuple[float, float] | None = None
         self.faults: list = []
         self.inbox = Inbox(self.rules.delay)
-        self.targets = Targets(estimator, self.rules)
+        self.targets = Targets(estimator, self.rules, self.inbox)
 
     def __repr__(self):
         return f"Tracker({len(self.targets.live)} live, {len(self.targets.ended)} ended, {self.counts['plots']} plots)"

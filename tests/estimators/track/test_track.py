@@ -113,6 +113,70 @@ def test_east_and_north_are_alike():
     assert np.allclose((mirrored.course + TRACE.course)[2:] % 360, 90, atol=1e-6)
 
 
+def straight(T=80, sd=20.0, seed=5):
+    """Return times, a straight path of 200 m/s, and its plots."""
+    t = 4.0 * np.arange(T)
+    path = np.stack([160 * t, 120 * t], axis=1)
+    return t, path, path + sd * np.random.default_rng(seed).standard_normal(path.shape)
+
+
+def test_a_wild_plot_moves_nothing_and_a_leap_is_followed():
+    """The next plot tells them apart: what was wild is gone, what was true is used from then on."""
+    t, path, y = straight()
+    y[40] += [2000.0, -1500.0]
+    trace = EST.scan(t, y)
+    off = np.abs(trace.position - path).max(axis=1)
+    assert trace.status[40] & int(dw.Status.OUTLIER) and np.all(off[41:] < 60) and np.all(off[:40][12:] < 60)
+    assert trace.variance[45].max() < 2 * trace.variance[39].max() and not trace.onset[20:60].any()
+    t, _, y = straight()
+    y[40:] += [2000.0, -1500.0]
+    trace = EST.scan(t, y)
+    off = np.abs(trace.position - y).max(axis=1)
+    assert off[40] > 1900 and np.all(off[41:] < 300) and np.all(off[47:] < 60)
+
+
+def test_a_plot_that_waits_is_saved():
+    t, _, y = straight()
+    y[40] += [2000.0, -1500.0]
+    whole, half = EST.scan(t, y), EST.scan(t[:41], y[:41])
+    rest = EST.scan(t[41:], y[41:], state=np.frombuffer(half.state.tobytes(), EST.dtype)[0])
+    assert same(rest.table, whole.table[41:]) and same_state(rest, whole)
+    with pytest.raises(InputError, match="time must increase"):
+        EST.update(half.state, t[40] - 1.0, y[40])
+
+
+@pytest.mark.parametrize("speed", [0.0, 2.0])
+def test_errors_do_not_vanish_on_a_lattice(speed):
+    """At rest, or with steps of the lattice, plots repeat themselves for long; then one is the next place."""
+    t = 10.0 * np.arange(200)
+    path = np.stack([speed * t, 0.03 * t], axis=1)
+    y = 20.0 * np.round((path + 3 * np.random.default_rng(6).standard_normal(path.shape)) / 20.0)
+    trace = dw.TrackEstimator("boat").scan(t, y)
+    assert np.all(trace.variance[80:] > 20.0**2 / 12) and np.max(trace.nis[80:]) < 30 and np.mean(trace.nis[3:]) < 3
+
+
+def test_a_lattice_of_degrees_is_one_though_a_plane_bends_it():
+    """A ship at anchor, positions in thousandths of a degree: East moves by centimetres where North moves by a step."""
+    from driftwise.tracking.frames import east_north
+
+    rng = np.random.default_rng(8)
+    steps = rng.integers(0, 2, (300, 2)) * (rng.random((300, 1)) < 0.1)
+    y = east_north(50.77 + 1e-4 * steps[:, 0], -1.09 + 1e-4 * steps[:, 1], (50.7, -1.3))
+    trace = dw.TrackEstimator("boat").scan(10.0 * np.arange(300), y)
+    assert np.mean(trace.nis[40:]) < 3 and np.all(trace.variance[150:] > 1.0)
+
+
+def test_nothing_follows_what_no_object_of_the_class_does():
+    """Seventeen plots of a millimetre, then a leap: no member goes on at a multiple of what is fast."""
+    rng = np.random.default_rng(9)
+    t = 5.0 * np.arange(60)
+    error = np.where(np.arange(60) < 17, 1e-3, 50.0)[:, None] * rng.standard_normal((60, 2))
+    y = np.stack([6.0 * t, 2.0 * t], axis=1) + error
+    y[17:] += [380.0, -40.0]
+    trace = EST.scan(t, y)
+    assert np.abs(trace.innovation[19:]).max() < 2000 and np.abs(trace.innovation[40:]).max() < 400
+
+
 @pytest.mark.parametrize("coordinates", [1, 2])
 def test_compiled_equals_uncompiled(coordinates):
     est = dw.TrackEstimator(250.0, coordinates=coordinates)

@@ -21,10 +21,12 @@ RADII = (0.2, 0.4, 0.6, 0.75, 0.87)
 LINES, CURVES, CIRCLES, POLES = len(STRAIGHT), len(CURVED), len(TURNS), len(RADII)
 KALMAN = LINES + CURVES
 
-SEEN, TIME, PERIOD, GAP, MANOEUVRE, ALERT, TRUST = range(7)  # of the head of a row
-FIRST, LAST, SPEED, LOG, STATED, EACH = range(6)  # of each coordinate
-SCALES = tuple(4.0**k for k in range(-2, 6))  # of the predictive density's tails
+SEEN, TIME, PERIOD, GAP, MANOEUVRE, ALERT, TRUST, SUSPECTED, DOUBT = range(9)  # of the head of a row
+FIRST, LAST, SPEED, LOG, STATED, SURPRISE, SUSPECT, CLAIMED, STILL, GRAIN, EACH = range(11)  # of each coordinate
+SCALES = (*(4.0**k for k in range(-2, 6)), 4.0**6)  # of the predictive density's tails; the last is that of wild plots
 TAILS = len(SCALES)
+WILD = TAILS - 1
+COUNTED = (*SCALES[:WILD], 9.0)  # .. and what each counts in the variance: how far a wild plot is off says nothing
 LINEAR = 10  # per coordinate: position, velocity, acceleration; upper triangle of their covariance; noise scale
 CIRCULAR = 5 + 15  # E, vE, N, vN, omega T and their covariance
 CROSS, SPREADING, MANOEUVRING, ONSET, TURN, TURN_SD, POLE, POLE_SD, STATUS = range(9)  # told of a plot
@@ -78,11 +80,15 @@ TRACK = Layout(
         manoeuvre="probability of a manoeuvre",
         alert="whether one was told",
         trust="plots that the stated variance is worth",
+        suspected="time from the last plot to one that may be wild and waits for the next; 0 where none does",
+        doubt="how likely that one is wild",
     ),
     Field(
         "plots",
         ("C", "EACH"),
-        "each coordinate: first plot, last less the first, last velocity, log of a plot's variance, what was stated",
+        "each coordinate: first plot, last less the first, last velocity, log of a plot's variance, what was stated; "
+        "e^2/variance of the last; the plot that waits, what was stated of it; equal steps in a row, the lattice's "
+        "step that they show (0 is unknown)",
     ),
     Field("tails", ("TAILS",), "plots that each scale of the tails is worth"),
     Field("weights", ("members(C)",), "log weight of each member"),

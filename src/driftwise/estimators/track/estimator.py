@@ -344,7 +344,7 @@ class TrackEstimator(Portable):
 
     def _later(self, time, row):
         wrong = np.flatnonzero(np.diff(time) <= 0) + 1
-        if row[bank.SEEN] > 0 and len(time) and time[0] <= row[bank.TIME]:
+        if row[bank.SEEN] > 0 and len(time) and time[0] <= row[bank.TIME] + row[bank.SUSPECTED]:
             wrong = np.array([0])
         if len(wrong):
             k = int(wrong[0])

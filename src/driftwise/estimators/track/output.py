@@ -11,7 +11,38 @@ from . import bank, circle, linear, pole
 
 
 @kernel
-def tell(row, C, y, w, mean, S, parts, out):
+def expect(C, w, mean, S, told):
+    """Fill ``told``: mean and variance of each coordinate in the mixture, from the first plot; their covariance."""
+    for c in range(C):
+        m, s = 0.0, 0.0
+        for i in range(bank.members(C)):
+            if w[i] > 0.0:
+                m += w[i] * mean[i, c]
+        for i in range(bank.members(C)):
+            if w[i] > 0.0:
+                s += w[i] * (S[i, c] + square(mean[i, c] - m))
+        told[c], told[C + c] = m, s
+    told[2 * C] = 0.0
+    if C == 2:
+        for i in range(bank.members(C)):
+            if w[i] > 0.0:
+                told[2 * C] += w[i] * (mean[i, 0] - told[0]) * (mean[i, 1] - told[1])
+
+
+@kernel
+def blend(C, share, other, told):
+    """Give what is expected the mean and the covariance that it has with a share of ``other``."""
+    if C == 2:
+        both = share * (1.0 - share) * (other[0] - told[0]) * (other[1] - told[1])
+        told[2 * C] = (1.0 - share) * told[2 * C] + share * other[2 * C] + both
+    for c in range(C):
+        apart = other[c] - told[c]
+        told[c] += share * apart
+        told[C + c] = (1.0 - share) * told[C + c] + share * (other[C + c] + (1.0 - share) * apart * apart)
+
+
+@kernel
+def tell(row, C, y, w, told, parts, out):
     """Write forecast, density and where the plot (relative to the first, NaN is missing) lies in it.
 
     ``parts`` (C * TAILS,) take what each scale of the tails has of the density.
@@ -22,17 +53,10 @@ def tell(row, C, y, w, mean, S, parts, out):
     spreading = 0.0
     for j in range(bank.TAILS):
         out[bank.sample_at(C).shares + j] = row[bank.row_at(C).tails + j] / total
-        spreading += bank.SCALES[j] * out[bank.sample_at(C).shares + j]
+        spreading += bank.COUNTED[j] * out[bank.sample_at(C).shares + j]
     out[bank.sample_at(C).reported + bank.SPREADING] = spreading
-    cross = 0.0
     for c in range(C):
-        m, s = 0.0, 0.0
-        for i in range(bank.members(C)):
-            if w[i] > 0.0:
-                m += w[i] * mean[i, c]
-        for i in range(bank.members(C)):
-            if w[i] > 0.0:
-                s += w[i] * (S[i, c] + square(mean[i, c] - m))
+        m, s = told[c], told[C + c]
         e, p, lower, upper = y[c] - m, 0.0, 0.0, 0.0
         for j in range(bank.TAILS):
             v, share = bank.SCALES[j] * s, out[bank.sample_at(C).shares + j]
@@ -44,15 +68,7 @@ def tell(row, C, y, w, mean, S, parts, out):
         out[bank.column(C, 0, c)], out[bank.column(C, 1, c)] = m + row[bank.of_coordinate(C, bank.FIRST, c)], e
         out[bank.column(C, 2, c)], out[bank.column(C, 3, c)] = s, log(max(p, 1e-300))
         out[bank.column(C, 4, c)], out[bank.column(C, 5, c)] = lower, upper
-    if C == 2:
-        for i in range(bank.members(C)):
-            if w[i] > 0.0:
-                cross += (
-                    w[i]
-                    * (mean[i, 0] - out[bank.column(C, 0, 0)] + row[bank.of_coordinate(C, bank.FIRST, 0)])
-                    * (mean[i, 1] - out[bank.column(C, 0, 1)] + row[bank.of_coordinate(C, bank.FIRST, 1)])
-                )
-    out[bank.sample_at(C).reported + bank.CROSS] = cross
+    out[bank.sample_at(C).reported + bank.CROSS] = told[2 * C]
     for i in range(bank.members(C)):
         out[bank.sample_at(C).shares + bank.TAILS + i] = w[i]
 
@@ -93,7 +109,7 @@ def member_state(row, C, i, T, unit, x, V):
 
 @kernel
 def tell_state(row, C, T, w, unit, x, V, total, out):
-    """Write mean and covariance of position, velocity, acceleration: those of the bank.members that have them.
+    """Write mean and covariance of position (from the first plot), velocity, acceleration: of members that have them.
 
     Member after member (West 1979), so that nothing cancels.
     """
@@ -122,7 +138,27 @@ def tell_state(row, C, T, w, unit, x, V, total, out):
             out[at] = total[j, k]
             at += 1
     for c in range(C):
-        mean[3 * c] += row[bank.of_coordinate(C, bank.LAST, c)] + row[bank.of_coordinate(C, bank.FIRST, c)]
+        mean[3 * c] += row[bank.of_coordinate(C, bank.LAST, c)]
+
+
+@kernel
+def blend_state(C, share, other, out):
+    """Give the state in ``out`` the mean and the covariance that it has with a share of the one in ``other``."""
+    n, x, at = 3 * C, bank.sample_at(C).state, bank.sample_at(C).covariance
+    for j in range(n):
+        for k in range(j, n):
+            apart = (other[x + j] - out[x + j]) * (other[x + k] - out[x + k])
+            out[at] = (1.0 - share) * out[at] + share * (other[at] + (1.0 - share) * apart)
+            at += 1
+    for j in range(n):
+        out[x + j] += share * (other[x + j] - out[x + j])
+
+
+@kernel
+def tell_place(row, C, out):
+    """Write positions from where the first plot was counted."""
+    for c in range(C):
+        out[bank.sample_at(C).state + 3 * c] += row[bank.of_coordinate(C, bank.FIRST, c)]
 
 
 @kernel

@@ -78,6 +78,9 @@ def measure(row, C, i, c, w, r, A):
 def step(row, C, i, w, F, A, B):
     """Go on to the next plot; w of all coordinates is known by now. Return 1 where phi was held, 0 elsewhere."""
     at, n, rho = at_pole(C, i), size(C), RADII[i]
+    learnt = row[at + n - 1]
+    phi = min(max(learnt, -LARGEST), LARGEST)  # before anything is built with it
+    row[at + n - 1] = phi
     for j in range(n):
         for k in range(n):
             F[j, k] = 0.0
@@ -85,7 +88,7 @@ def step(row, C, i, w, F, A, B):
         x2, x3 = 2 * c, 2 * c + 1
         F[x2, x3], F[x3, x2], F[x3, x3], F[x3, n - 1] = -rho * rho, 1.0, 2 * rho, w[c]
         nu = w[c] - row[at + x3]
-        row[at + x3] = row[at + x2] + row[at + n - 1] * w[c] - 2 * rho * nu
+        row[at + x3] = row[at + x2] + phi * w[c] - 2 * rho * nu
         row[at + x2] = rho * rho * nu
     F[n - 1, n - 1] = 1.0
     for j in range(n):
@@ -104,9 +107,7 @@ def step(row, C, i, w, F, A, B):
             row[at + n + _index(n, j, k)] = max(total, 0.0) if j == k else total
     last = at + n + _index(n, n - 1, n - 1)
     row[last] += WALK
-    phi = row[at + n - 1]
-    if abs(phi) > LARGEST:  # held, and learnt anew
-        row[at + n - 1] = min(max(phi, -LARGEST), LARGEST)
+    if learnt != phi:  # held, and learnt anew
         shrink(row, at, n, 0.0)
         row[last] = FIRST
         return 1.0

@@ -4,7 +4,7 @@ import math
 from typing import NamedTuple
 
 from ...engine.dispatch import kernel, pass_over
-from . import bank, output, step
+from . import bank, learning, output, step
 
 Remembering = NamedTuple("Remembering", [*step.Tracking.__annotations__.items(), ("ahead", float)])  # type: ignore
 """The numbers of a tracker, and which states are kept: 0 those after each plot, 1 those before it."""
@@ -30,7 +30,7 @@ def keep(task, row, C, R, kept, to):
         to[k * size] = -math.inf
     T = bank.period(row)
     unit, g, x, V = kept[1, :C], kept[1, C : 2 * C], kept[1, 3 * C : 3 * C + n], kept[4 + 2 * M :]
-    step.measure_units(task, row, C, T, R, unit, g)
+    learning.measure_units(task, row, C, T, R, unit, g)
     for k in range(told(C)):
         at = k * size
         to[at] = row[bank.row_at(C).weights + k]

@@ -1,0 +1,207 @@
+"""What a track learns of its plots: their noise, the tails of its forecast, the lattice they lie on.
+
+noise        of each member and coordinate: c <- c + g (min(e^2/S, 9) - 1) c, above what no plot is
+variance     of a plot, from the second differences of the first twelve
+tails        a plot is shared out among the scales that may have made it
+lattice      a step that equals the one before it shows no error; the first that does not shows the lattice
+"""
+
+import math
+
+from ...engine.dispatch import kernel
+from ...engine.elementary import exp, log, square
+from . import bank, circle, linear, pole
+
+MOST = 9.0  # that one e^2/S counts for the noise, unless the last was as large
+FUZZ, EXACT = 0.01, 1e-9  # of a lattice's step, and of a step itself: what is no difference
+LEAST_COUNT = 1e-3  # of the tails, of what they start with
+YOUNG = 20.0  # plots, memory of the tails at first
+LOG_MEAN = 1.27  # -E log z^2, z normal
+LEARNT_BY = 12  # plots: the variance of a plot is then left to the noise of each member
+PERIODS = 50.0  # plots by which the typical time between plots is known
+FINEST, COARSEST = 1e-6, 1e6  # a plot's standard deviation, of what is fast for the class between two plots
+PRIOR = (0.1, 0.4, 2.0, 0.25, 0.06, 0.02, 0.01, 0.005, 0.05)  # plots that each scale of the tails is worth beforehand
+
+
+@kernel
+def enter(task, row, t, y, R, C):
+    """Take the first plot; R (C,) its stated variance, NaN is unknown."""
+    row[bank.SEEN], row[bank.TIME], row[bank.MANOEUVRE], row[bank.ALERT], row[bank.TRUST] = (
+        1.0,
+        t,
+        task.starts,
+        0.0,
+        1.0,
+    )
+    for c in range(C):
+        row[bank.of_coordinate(C, bank.FIRST, c)], row[bank.of_coordinate(C, bank.LAST, c)] = y[c], 0.0
+        row[bank.of_coordinate(C, bank.SPEED, c)] = 0.0
+        row[bank.of_coordinate(C, bank.STATED, c)] = R[c]
+        if R[c] > 0.0:
+            row[bank.TRUST] = task.claim
+    for j in range(bank.TAILS):
+        row[bank.row_at(C).tails + j] = PRIOR[j]
+    for i in range(bank.members(C)):
+        row[bank.row_at(C).weights + i] = 0.0 if i < bank.LINES else task.doubt
+
+
+@kernel
+def least_variance(task, row, T, c):
+    """Return the variance below which no plot's is taken: that of rounding, where places are those of a lattice."""
+    return max(
+        square(FINEST * task.fastest * T), square(row[bank.of_coordinate(int(task.coordinates), bank.GRAIN, c)]) / 12.0
+    )
+
+
+@kernel
+def sane(task, row, T, R, c):
+    """Return a stated variance, within what plots of the class can have; NaN stays."""
+    return min(max(R, least_variance(task, row, T, c)), square(COARSEST * task.fastest * T)) if R > 0.0 else R
+
+
+@kernel
+def start_members(task, row, d, C, unit):
+    """Start the bank.members on the first plot, now that the time to the second is known."""
+    row[bank.PERIOD] = row[bank.GAP] = log(d)
+    T = bank.period(row)
+    for c in range(C):
+        stated = sane(task, row, T, row[bank.of_coordinate(C, bank.STATED, c)], c)
+        unit[c] = stated if stated > 0.0 else square(0.1 * task.fastest * d)
+        row[bank.of_coordinate(C, bank.LOG, c)] = log(unit[c])
+    linear.begin(row, C, T, task.fastest, unit)
+    for i in range(bank.circles(C)):
+        circle.begin(row, C, i, T, task.fastest, unit)
+
+
+@kernel
+def measure_units(task, row, C, T, R, unit, g):
+    """Fill the variance of a plot by what is known of it, and g: how much of that this plot has."""
+    for c in range(C):
+        unit[c] = max(exp(row[bank.of_coordinate(C, bank.LOG, c)]), least_variance(task, row, T, c))
+        stated = sane(task, row, T, row[bank.of_coordinate(C, bank.STATED, c)], c)
+        g[c] = sane(task, row, T, R[c], c) / stated if stated > 0.0 and R[c] > 0.0 else 1.0
+
+
+@kernel
+def bent(row, C, c, y):
+    """Return by how much a step differs from the one before it."""
+    before = row[bank.of_coordinate(C, bank.SPEED, c)] * exp(row[bank.GAP])
+    return y[c] - row[bank.of_coordinate(C, bank.LAST, c)] - before
+
+
+@kernel
+def is_exact(row, C, c, y):
+    """Say whether a step equals the one before it, as on a lattice; a plane bends one of angles by a little."""
+    off, coarse = abs(bent(row, C, c, y)), 0.0
+    if off <= EXACT * abs(y[c] - row[bank.of_coordinate(C, bank.LAST, c)]):
+        return True
+    for k in range(C):
+        coarse = max(coarse, row[bank.of_coordinate(C, bank.GRAIN, k)], abs(bent(row, C, k, y)))
+    return row[bank.of_coordinate(C, bank.STILL, c)] > 0.0 and off < FUZZ * coarse
+
+
+@kernel
+def outlying(C, parts):
+    """Return how likely a plot is an outlier: that a wide scale of the tails has made it."""
+    most = 0.0
+    for c in range(C):
+        total, far = 0.0, 0.0
+        for j in range(bank.TAILS):
+            total += parts[c * bank.TAILS + j]
+            far += parts[c * bank.TAILS + j] if bank.SCALES[j] > 10.0 else 0.0
+        most = max(most, far / total if total > 0.0 else 1.0)
+    return most
+
+
+@kernel
+def fade_tails(task, row, C):
+    """Let the tails forget a plot's worth."""
+    fade, first = 1.0 - 1.0 / min(task.tails, YOUNG + row[bank.SEEN]), bank.row_at(C).tails
+    for j in range(bank.TAILS):
+        for _ in range(C):  # the coordinates' order does not matter
+            row[first + j] *= fade
+
+
+@kernel
+def learn_tails(task, row, C, y, parts):
+    """Share the plot out among the scales that may have made it, but for that of wild ones."""
+    first = bank.row_at(C).tails
+    fade_tails(task, row, C)
+    for c in range(C):
+        if is_exact(row, C, c, y):
+            continue  # as on a lattice: no error has such a size
+        p = 0.0
+        for j in range(bank.WILD):
+            p += parts[c * bank.TAILS + j]
+        for j in range(bank.WILD):
+            if p > 0.0:
+                row[first + j] += parts[c * bank.TAILS + j] / p
+            else:  # no scale makes it: the widest does
+                row[first + j] += 1.0 if j == bank.WILD - 1 else 0.0
+    for j in range(bank.TAILS):
+        row[first + j] = max(row[first + j], LEAST_COUNT * PRIOR[j])
+
+
+@kernel
+def follow(task, row, C, i, T, mean, S, y, unit, scale, c):
+    """Return what the noise scale of member i, coordinate c, becomes."""
+    if row[bank.SEEN] < 2.0 or not math.isfinite(mean[i, c]):
+        return scale
+    if row[bank.of_coordinate(C, bank.GRAIN, c)] == 0.0 and is_exact(row, C, c, y):
+        return scale  # as on a lattice whose step is not known: nothing is learnt
+    z2 = square(y[c] - mean[i, c]) / S[i, c]
+    most = max(MOST, row[bank.of_coordinate(C, bank.SURPRISE, c)])  # two in a row are no accident
+    scale *= 1.0 + (min(z2, most) - 1.0) * max(1.0 / task.noise, 1.0 / (row[bank.SEEN] + 3.0))
+    return max(scale, least_variance(task, row, T, c) / unit[c])
+
+
+@kernel
+def learn_noise(row, C, d, y, g, unit):
+    """Let the second differences of the first plots say what the variance of a plot is."""
+    if row[bank.SEEN] < 2.0 or row[bank.SEEN] > LEARNT_BY:
+        return
+    for c in range(C):
+        v, last = row[bank.of_coordinate(C, bank.SPEED, c)], row[bank.of_coordinate(C, bank.LAST, c)]
+        ahead = d / exp(row[bank.GAP])
+        if is_exact(row, C, c, y):
+            continue
+        e = y[c] - last - d * v
+        z = e * e / (1.0 + square(1.0 + ahead) + ahead * ahead) / g[c]
+        level, at = log(max(z, 1e-8 * unit[c])) + LOG_MEAN, bank.of_coordinate(C, bank.LOG, c)
+        row[at] += (level - row[at]) / (row[bank.SEEN] - 1.0 + row[bank.TRUST])
+
+
+@kernel
+def note(row, C, d, y, told, work):
+    """Keep what the next step needs of the plot."""
+    for c in range(C):
+        work[c] = 1.0 if is_exact(row, C, c, y) else 0.0
+    for c in range(C):
+        still, grain, off = (
+            bank.of_coordinate(C, bank.STILL, c),
+            bank.of_coordinate(C, bank.GRAIN, c),
+            abs(bent(row, C, c, y)),
+        )
+        if work[c] > 0.0:
+            row[still] += 1.0
+        elif row[still] > 0.0:
+            row[grain] = min(row[grain], off) if row[grain] > 0.0 else off
+            row[still] = 0.0
+    for c in range(C):
+        row[bank.of_coordinate(C, bank.SURPRISE, c)] = square(y[c] - told[c]) / told[C + c]
+        row[bank.of_coordinate(C, bank.SPEED, c)] = (y[c] - row[bank.of_coordinate(C, bank.LAST, c)]) / d
+        row[bank.of_coordinate(C, bank.LAST, c)] = y[c]
+    row[bank.TIME] += d
+    row[bank.GAP] = log(d)
+    row[bank.SEEN] += 1.0
+
+
+@kernel
+def follow_period(row, C, d):
+    """Let the typical time between plots follow; states that are measured in it are rescaled."""
+    before = row[bank.PERIOD]
+    row[bank.PERIOD] += (log(d) - before) / min(row[bank.SEEN], PERIODS)
+    if row[bank.SEEN] >= 2.0:
+        factor = exp(row[bank.PERIOD] - before)
+        for i in range(bank.POLES):
+            pole.rescale(row, C, i, factor)
