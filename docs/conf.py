@@ -67,7 +67,9 @@ sphinx_gallery_conf = {
     "gallery_dirs": ["tutorials", "gallery"],
     "filename_pattern": r"[/\\]plot_",
     "ignore_pattern": r"(^|[/\\])(?!plot_)\w+\.py$",
-    "subsection_order": [f"../examples/gallery/{name}" for name in ("jobs", "estimators", "memories", "detectors")],
+    "subsection_order": [
+        f"../examples/gallery/{name}" for name in ("jobs", "plants", "estimators", "memories", "detectors")
+    ],
     "within_subsection_order": "FileNameSortKey",
     "nested_sections": False,
     "download_all_examples": False,

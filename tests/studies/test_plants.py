@@ -4,8 +4,11 @@ import numpy as np
 import pytest
 from driftwise_studies.score.plants import PLANTS, draw, simulate
 from driftwise_studies.score.plants.batch import Batch
+from driftwise_studies.score.plants.field import Total, by_plant, worst
+from driftwise_studies.score.plants.measured import one
 from driftwise_studies.score.plants.physics import Plant, even, vehicle_slope
 from driftwise_studies.score.plants.simulation import TINY, response, truth
+from driftwise_studies.score.plants.told import is_tellable
 from scipy.stats import multivariate_normal
 
 from driftwise.models.formula_kernels import evaluate
@@ -78,7 +81,7 @@ def test_all_ways_of_driving_are_drawn_between_their_levels():
     for name in ("battery", "tank"):
         for number in range(12):
             drawn = draw(1, name, number)
-            assert drawn.u.shape == (300, 1) and np.all(np.diff(drawn.t) > 0) and np.ptp(drawn.u) > 0
+            assert drawn.u.shape == (600, 1) and np.all(np.diff(drawn.t) > 0) and np.ptp(drawn.u) > 0
     assert {len(np.unique(draw(1, "battery", n).u)) == 2 for n in range(12)} == {True, False}
 
 
@@ -109,3 +112,22 @@ def test_a_batch_fit_from_the_prior_ends_where_one_from_the_truth_does_and_near_
         assert fits[1].value == pytest.approx(fits[0].value, abs=1e-3)
         assert np.all(np.abs(fits[0].eta - true) < 4 * batch.bound(noise))
         assert np.allclose(np.sqrt(np.diag(fits[0].covariance))[: batch.m], batch.bound(noise), rtol=0.3)
+
+
+def test_a_jump_is_tellable_by_its_size_in_noise():
+    drawn = draw(5, "battery", EASY)
+    drawn = drawn._replace(which=0, after=drawn.theta * np.array([1.3, 1.0, 1.0]))
+    for noise, tellable in ((1e-3, True), (100.0, False)):
+        loud = drawn._replace(noise=noise)
+        y, deviation = simulate(loud, jumps=True)
+        assert is_tellable(loud, y, deviation) is tellable
+    y, deviation = simulate(drawn)
+    assert not is_tellable(drawn, y, deviation)
+
+
+def test_a_battery_is_judged_and_tables_say_so():
+    found = [one((0, "battery", 1))]
+    total = Total(found)
+    assert total.converged == 1.0 and found[0].is_tellable and found[0].is_dated and not found[0].false
+    assert np.all(np.abs(found[0].error) < 4) and np.all(np.abs(found[0].error - found[0].batch_error) < 0.5)
+    assert by_plant(found).count("\n") == 4 and "battery 1" in worst(found, 1)

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
 import os
 import signal
 import sys
 from contextlib import contextmanager
 from time import perf_counter
 from typing import Any
+
+import numpy as np
 
 from driftwise.cli.results import line
 from driftwise.engine.errors import InputError
@@ -20,7 +23,7 @@ SHARE = 0.2  # of the time that may go into drawing
 def follow(path: str, live, tracker, quiet: bool) -> None:
     """Feed a tracker with the plots of a file that grows, or of a pipe, until it ends or Ctrl-C is pressed."""
     source = Growing(path)
-    with _teller(quiet) as tell, _asked_to_stop() as asked:
+    with teller(quiet) as tell, asked_to_stop() as asked:
         try:
             while not (source.has_ended or asked()):
                 try:
@@ -44,7 +47,7 @@ def _feed(tracker, plots) -> list[Any]:
 
 
 @contextmanager
-def _asked_to_stop():
+def asked_to_stop():
     """Yield a function that says whether Ctrl-C was pressed or the end was asked for; pressed twice it interrupts."""
     asked: list[int] = []
 
@@ -62,7 +65,7 @@ def _asked_to_stop():
 
 
 @contextmanager
-def _teller(quiet: bool):
+def teller(quiet: bool):
     """Yield a function (tracker, events, whether nothing waits) that tells what is new: a table, or lines of JSON."""
     if quiet:
         yield lambda tracker, events, is_idle: None
@@ -108,7 +111,7 @@ class _Lines:
     """A line of JSON for every event, and for every plot that made an estimate of a confirmed track."""
 
     def __init__(self):
-        self.rows: dict[int, int] = {}  # of every track, those that were told
+        self.until: dict[int, float] = {}  # of every track, the time of the last row that was told
         self.next = 0.0
 
     def __call__(self, tracker, events, is_idle: bool) -> None:
@@ -118,16 +121,19 @@ class _Lines:
                 line({"event": event.kind, "time": event.time, "track": event.track, "words": event.words})
             )
         if tracker.counts["plots"] and (is_idle or begin > self.next):
-            for track in tracker.tracks:
+            tracks = tracker.tracks
+            for track in tracks:
                 self._estimates(track)
+            self.until = {track.id: self.until[track.id] for track in tracks}
             self.next = perf_counter() + (perf_counter() - begin) / SHARE
         sys.stdout.flush()
 
     def _estimates(self, track) -> None:
         """Tell the rows of the trace of a track that have not been told."""
-        known = self.rows.get(track.id, 0)
-        if known == len(track):
+        until = self.until.get(track.id, -math.inf)
+        if track.plots.time[-1] <= until:
             return
+        known = int(np.searchsorted(track.plots.time, until, side="right"))
         plots = track.plots[known:]
         new = track.estimator.trace_of(plots.time, plots.position, track.table[known:], track.state)
         names = ("time", "speed", "speed_sd", "course", "course_sd", "turn_rate", "turn_rate_sd", "manoeuvre")
@@ -137,4 +143,4 @@ class _Lines:
         who = {"estimate": track.key or track.id, "track": track.id, "name": track.name}
         for row in zip(*columns.values()):
             sys.stdout.write(line({**who, **dict(zip(columns, row))}))
-        self.rows[track.id] = len(track)
+        self.until[track.id] = float(track.plots.time[-1])

@@ -34,13 +34,13 @@ class TrackJob(Job):
     """
 
     files: Annotated[
-        list[str],
+        list[str] | None,
         typer.Argument(
-            metavar="FILE...",
+            metavar="[FILE...]",
             help="Plots: ASTERIX (raw or pcap), Mode S frames, CSV, JSON, Parquet, NMEA, AIS. - with --follow is "
-            "standard input.",
+            "standard input. None with --listen.",
         ),
-    ]
+    ] = None
     site: Annotated[
         list[str] | None,
         typer.Option(
@@ -83,20 +83,43 @@ class TrackJob(Job):
             "up to date; elsewhere each event and estimate is a line of JSON.",
         ),
     ] = False
+    listen: Annotated[
+        str | None,
+        typer.Option(
+            metavar="URL",
+            help="Take what comes from udp://GROUP:PORT (ASTERIX, sentences, lines), tcp://HOST:PORT (AIS, NMEA, "
+            "Beast, SBS, AVR, lines), or - (a capture on standard input). Ctrl-C ends it.",
+        ),
+    ] = None
+    keep: Annotated[
+        float, typer.Option(metavar="HOURS", min=0.01, help="With --listen: how long plots and tracks are remembered.")
+    ] = 6.0
     delay: Annotated[
         float,
         typer.Option(
             metavar="SECONDS",
             min=0,
             max=599,
-            help="With --follow: hold plots back so long, to put them in order of time.",
+            help="With --follow and --listen: hold plots back so long, to put them in order of time.",
         ),
     ] = 0.0
     quiet: Quiet = False
 
     @property
+    def is_live(self) -> bool:
+        """Whether plots are taken as they come."""
+        return bool(self.follow or self.listen)
+
+    @property
+    def inputs(self) -> list[str]:
+        """The files that are read."""
+        return list(self.files or ())
+
+    @property
     def title(self) -> str:
-        names = [os.path.basename(file) if file != "-" else "standard input" for file in self.files]
+        if self.listen:
+            return "standard input" if self.listen == "-" else self.listen
+        names = [os.path.basename(file) if file != "-" else "standard input" for file in self.inputs]
         return ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
 
     @property
@@ -148,15 +171,25 @@ class TrackJob(Job):
         wrong = [kind for kind in self.kinds if kind not in WRITERS]
         if wrong or not self.kinds:
             raise CommandError(f"--format takes {', '.join(WRITERS)}, with commas between several; got {self.format!r}")
-        read = [*self.files, *filter(None, [self.sites])]
+        read = [*self.inputs, *filter(None, [self.sites])]
         refuse_files([("--report", self.report), ("--json", self.json)], read)
         if self.out:
             refuse_folder("--out", self.out)
-        if "-" in self.files and not self.follow:
+        if self.listen:
+            from driftwise.tracking.sockets import place
+
+            place(self.listen)
+        if bool(self.listen) == bool(self.inputs):
+            raise CommandError(
+                "either files or --listen URL, not both"
+                if self.listen
+                else "which file? driftwise track FILE.., or --listen URL"
+            )
+        if "-" in self.inputs and not self.follow:
             raise CommandError("standard input is read with --follow: driftwise track - --follow")
-        if self.follow and len(self.files) != 1:
-            raise CommandError(f"--follow takes one file, or - for standard input; got {len(self.files)}")
-        for file in self.files:
+        if self.follow and len(self.inputs) != 1:
+            raise CommandError(f"--follow takes one file, or - for standard input; got {len(self.inputs)}")
+        for file in self.inputs:
             if file != "-" and not os.path.exists(file) and not (set("*?[") & set(file) and not self.follow):
                 raise CommandError(f"no such file: {file}")
 
@@ -164,10 +197,10 @@ class TrackJob(Job):
         """Track the plots of the files, or as they come."""
         from driftwise.tracking.tracker import Tracker
 
-        plots = None if self.follow else self._read()
+        plots = None if self.follow or self.listen else self._read()
         self.tracker = Tracker(self.pace, single=self.single, delay=self.delay)
         if plots is None:
-            self._follow()
+            self._listen() if self.listen else self._follow()
             return
         with bar("tracking", self.quiet) as advance:
             self.tracker.feed(plots[:0])  # what could not be read is told once
@@ -183,7 +216,7 @@ class TrackJob(Job):
         radars = self.radars
         with bar(f"reading {self.title}", self.quiet) as advance:
             try:
-                return read_plots(self.files, site=self.place, sites=radars or None, progress=advance)
+                return read_plots(self.inputs, site=self.place, sites=radars or None, progress=advance)
             except InputError as error:
                 if "SAC/SIC" not in str(error):
                     raise
@@ -193,9 +226,18 @@ class TrackJob(Job):
         from driftwise.cli.follow import follow
         from driftwise.tracking.live_plots import LivePlots
 
-        follow(self.files[0], LivePlots(self.title, self.place), self.tracker, self.quiet)
+        follow(self.inputs[0], LivePlots(self.title, self.place), self.tracker, self.quiet)
         if not self.tracker.counts["plots"]:
             raise InputError(f"{self.title}: nothing came that is a plot: a time and a position on every line")
+
+    def _listen(self) -> None:
+        from driftwise.cli.listen import listen
+        from driftwise.tracking.sockets import place
+        from driftwise.tracking.wire import Wire
+
+        url = self.listen or "-"
+        wire = Wire(self.title, place(url).kind != "udp", self.place, self.radars or None)
+        listen(url, wire, self.tracker, self.quiet, self.keep)
 
     def tell(self) -> None:
         """Write the tracks, the page and the numbers, and print the table."""
@@ -215,15 +257,16 @@ class TrackJob(Job):
             written.append(f"report in {write(tracks, self.report, self.title, sites=self._sites(tracks))}")
         if self.json:
             content = {
-                "driftwise": __version__, "files": self.files, "speed": self.pace, "origin": tracks.origin,
+                "driftwise": __version__, "files": self.inputs or [self.title], "speed": self.pace,
+                "origin": tracks.origin,
                 "tracks": [r.as_dict() for r in rows],
                 "skipped": [f._asdict() if hasattr(f, "_asdict") else vars(f) for f in tracks.faults],
             }  # fmt: skip
             write_json(content, self.json)
             written.append(f"results in {self.json}")
-        out = console(stderr=self.json == "-" or (self.follow and not sys.stdout.isatty()))
+        out = console(stderr=self.json == "-" or (self.is_live and not sys.stdout.isatty()))
         if not self.quiet:
-            took = f"{'followed for' if self.follow else 'took'} {self.took:.1f} s"
+            took = f"{'followed for' if self.is_live else 'took'} {self.took:.1f} s"
             show_tracks(tracks, rows, title=self.title, took=took, out=out)
         if self.out and rows:
             Path(self.out).mkdir(parents=True, exist_ok=True)

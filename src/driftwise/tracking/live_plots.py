@@ -13,6 +13,7 @@ PATIENCE = 100  # lines that may be unreadable at the beginning
 OBJECTS = 3000  # whose last line is remembered
 PAST = 3000  # frames from which the position of an aircraft is known
 FRAMES = "frames"
+MESSAGES = FRAMES, "AIS", "NMEA"  # kinds without a head: what a line means, those before it say
 DAY = 86400.0
 
 
@@ -66,7 +67,7 @@ class LivePlots:
             return None
         first, self._line = self._line + 1, self._line + len(lines)
         try:
-            found = self._decoded(lines, first) if self.kind == FRAMES else self._plots(lines, first)
+            found = self._decoded(lines, first) if self.kind in MESSAGES else self._plots(lines, first)
         except InputError as error:
             if self._newest is not None:
                 return self._with_faults(self._nothing(Fault(self.title, first, str(error))))
@@ -81,13 +82,22 @@ class LivePlots:
         self._line += 1
         self._faults.append(Fault(self.title, self._line + len(self._waiting), why))
 
-    def _nothing(self, fault: Fault):
-        """Return no plots, for this reason."""
+    def leave_out_many(self, count: int, why: str) -> None:
+        """Count several of them."""
+        for _ in range(min(count, PATIENCE)):
+            self.leave_out(why)
+
+    def nothing(self, why: str = ""):
+        """Return no plots, for this reason, and those of what was left out."""
+        return self._with_faults(self._nothing(*[Fault(self.title, self._line, why)] if why else ()))
+
+    def _nothing(self, *faults: Fault):
+        """Return no plots, for these reasons."""
         import numpy as np
 
         from driftwise.tracking.plots import plots
 
-        return plots(np.empty(0), np.empty((0, 2)), origin=self.origin, faults=[fault])
+        return plots(np.empty(0), np.empty((0, 2)), origin=self.origin, faults=faults)
 
     def _with_faults(self, found):
         """Return plots with the faults of lines that were left out before anything was read of them."""
@@ -104,9 +114,13 @@ class LivePlots:
         if kind == "Mode S" or (kind == "JSON" and _has_frames(data, self.title)):
             self.kind = FRAMES
             return True
+        if kind in MESSAGES:
+            self.kind = kind
+            return True
         if kind not in ("CSV", "JSON"):
             raise InputError(
-                f"{self.title} is {kind}; --follow reads CSV with a header, a JSON object or a Mode S frame on a line"
+                f"{self.title} is {kind}; --follow reads CSV with a header, a JSON object, a Mode S frame, an AIS or "
+                "NMEA sentence on a line"
             )
         try:
             table = self._table(data, kind)
@@ -141,7 +155,7 @@ class LivePlots:
         old = table.rows <= known
         if old.any():
             before, _ = read_table(_chosen(table, old), site=self.site, origin=self.origin or found.origin)
-            found = _without(found, before)
+            found = without(found, before)
             if len(before) and self._newest is not None and used["time"].unit in ("time of day", "s of day", "s"):
                 days = round((self._newest - float(before.time.max())) / DAY)
                 found = replace(found, time=found.time + DAY * days)
@@ -152,20 +166,27 @@ class LivePlots:
         return replace(found, faults=tuple(faults))
 
     def _decoded(self, lines: list[bytes], first: int):
-        """Return the plots of Mode S frames; the ones before them say where each aircraft was."""
+        """Return the plots of frames or sentences; those before them say where each aircraft was, and the day."""
         above = self._past
-        found, before = self._frames([*above, *lines]), self._frames(above)
+        found = self._frames([*above, *lines])
+        before = self._frames(above) if above else found[:0]
         self._past = [*above, *lines][-PAST:]
         self.origin = self.origin or found.origin
         self._seen(found)
-        faults = [replace(f, offset=f.offset - len(above) + first - 1) for f in found.faults if f.offset > len(above)]
-        return replace(_without(found, before), faults=tuple(faults))
+        new = [f for f in found.faults if f.offset > len(above) and "lacks its last part" not in f.what]  # it may come
+        faults = [replace(f, offset=f.offset - len(above) + first - 1) for f in new]
+        return replace(without(found, before), faults=tuple(faults))
 
     def _frames(self, lines: list[bytes]):
         from driftwise.tracking.formats.modes import read_frames, read_lines
         from driftwise.tracking.records import json_records
 
         data = b"".join(lines)
+        if self.kind != FRAMES:
+            from driftwise.tracking.formats.ais import read_ais
+            from driftwise.tracking.formats.logs import read_nmea
+
+            return (read_ais if self.kind == "AIS" else read_nmea)(data, self.title, origin=self.origin)
         if not data.lstrip().startswith(b"{"):
             return read_lines(data, self.title, origin=self.origin)
         records, at, faults = json_records(data, self.title)
@@ -208,7 +229,7 @@ def _chosen(table, rows) -> Any:
     return replace(table, columns=columns, rows=table.rows[rows], faults=())
 
 
-def _without(found, before):
+def without(found, before):
     """Return plots less those that were there before: of the same time, object and sensor, and nearest to them."""
     import numpy as np
 

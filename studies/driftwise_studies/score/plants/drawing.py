@@ -9,9 +9,9 @@ import numpy as np
 from .physics import PLANTS, Plant, between
 
 FACTOR = 5.0  # the prior of a parameter: within this factor of its start, with 95 %
-SAMPLES = 300
+SAMPLES = 600
 NOISE = 0.003, 0.05  # of the deviation of an output
-SPAN = 10.0, 30.0  # slowest time constants in a record
+SPAN = 15.0, 40.0  # slowest time constants in a record
 FAST = 0.03, 2.0  # fastest time constants in a sample, at least and most
 JUMP = 1.3  # factor, up or down
 WAYS = "steps", "binary", "sines", "cycle"
@@ -50,7 +50,7 @@ def draw(seed: int, name: str, number: int) -> Drawn:
     >>> record = draw(0, "battery", 7)
     >>> y, noise = simulate(record)
     >>> y.shape, record.u.shape, record.names
-    ((300, 1), (300, 1), ['R0', 'R1', 'C1'])
+    ((600, 1), (600, 1), ['R0', 'R1', 'C1'])
     """
     from .simulation import clocks, named
 
@@ -75,7 +75,7 @@ def draw(seed: int, name: str, number: int) -> Drawn:
     after = theta.copy()
     after[which] *= JUMP**way
     missing = float(rng.uniform(0.02, 0.2)) if rng.random() < 0.3 else 0.0
-    at = int(rng.integers(SAMPLES // 2, SAMPLES * 3 // 4))
+    at = int(rng.integers(SAMPLES * 2 // 3, SAMPLES * 5 // 6))
     return Drawn(
         name, key, plant, theta, x0, t, u, slow, fast, between(rng, *NOISE), missing, which, after, at
     )  # fmt: skip

@@ -1,0 +1,57 @@
+"""`driftwise track --listen`: plots out of sockets, tracks as they grow, for months."""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from time import monotonic
+
+from driftwise.cli.follow import asked_to_stop, teller
+from driftwise.engine.errors import InputError
+from driftwise.tracking.forgetting import forget
+from driftwise.tracking.plots import Fault
+from driftwise.tracking.sockets import Listener
+from driftwise.tracking.wire import Wire, faults_kept
+
+MOST_FAULTS = 1000  # that are remembered one by one
+OFTEN = 60.0  # s between two times of letting go
+
+
+def listen(url: str, wire: Wire, tracker, quiet: bool, keep: float) -> None:
+    """Feed a tracker with what comes from a place until Ctrl-C is pressed or it ends; ``keep`` hours are remembered."""
+    source, next_look, lost = Listener(url), monotonic() + OFTEN, 0
+    with teller(quiet) as tell, asked_to_stop() as asked:
+        try:
+            while not (source.has_ended or asked()):
+                packets = source.read()
+                found = wire.take(packets)
+                events = _fed(tracker, found) if found is not None else []
+                lost += faults_kept(tracker.faults, MOST_FAULTS)
+                tell(tracker, events, not packets)
+                if monotonic() > next_look:
+                    events = tracker.advance(time.time()) if tracker.inbox.newest > 1e9 else []
+                    tell(tracker, events, True)
+                    forget(tracker.targets, tracker.inbox.newest - 3600 * keep)
+                    next_look = monotonic() + OFTEN
+            tell(tracker, tracker.finish(), True)
+        except BrokenPipeError:  # nobody reads what is told
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            tracker.finish()
+        finally:
+            source.close()
+    if lost:
+        tracker.faults.append(Fault(wire.title, 0, f"more of such, not told one by one: {lost}, this is the first"))
+    if source.lost:
+        tracker.faults.append(Fault(wire.title, 0, f"the connection was lost: {source.lost}, this is the first"))
+    if not tracker.counts["plots"]:
+        raise InputError(f"{url}: nothing came that is a plot")
+
+
+def _fed(tracker, found):
+    """Feed plots; what cannot stand beside those before (metres from nowhere beside places on earth) is left out."""
+    try:
+        return tracker.feed(found)
+    except InputError as error:
+        tracker.faults.append(Fault("plots", 0, str(error)))
+        return []
