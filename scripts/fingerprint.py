@@ -122,6 +122,18 @@ def kept(est, inputs=1, outputs=1):
     return seen(trace) | {"again": seen(again), "P": [trace.covariance, est.covariance(trace.state)]}
 
 
+def boxed(plant="battery", noise=1e-3, **options):
+    """Return the numbers of a plant in formulas: a record, samples one by one, two series, and the other half."""
+    est = dw.GreyBox(plant, start=None, **options)
+    _, _, u = motion()
+    y = est.simulate(0.02 + 0.01 * u, noise=noise, seed=3)
+    found, half = seen(trace := est.scan(y, u, time=np.cumsum(0.5 + abs(u)))), len(y) // 2
+    state, step = est.update(trace.state, y[0], u[0])
+    two = [np.stack([c[:30], c[30:60]]) for c in (y, u)]
+    rest = est.scan(y[half:], u[half:], state=est.scan(y[:half], u[:half]).state)
+    return found | {"stream": [state, step], "fleet": list(est.update_batch(est.start(2), *two)), "rest": seen(rest)}
+
+
 def observed(est, inputs=1, outputs=1, **options):
     """Return the numbers of an observer of a known plant."""
     _, y, u = motion()
@@ -468,6 +480,10 @@ OTHERS = {
     "continuous/known noise": lambda: irregular(dw.ContinuousJoint(2, 1, noise=dw.models.EquationError(0.01))),
     "continuous/halves": lambda: halves(dw.ContinuousJoint(2, 1)),
     "continuous/auto": lambda: irregular(dw.ContinuousJoint(2, 1, memory=dw.AutoMemory())),
+    "grey box/default": lambda: boxed(),
+    "grey box/auto, gate": lambda: boxed(memory=dw.AutoMemory(), gate=dw.InnovationGate()),
+    "grey box/walk": lambda: boxed(memory=dw.RandomWalk(1e-5)),
+    "grey box/bends": lambda: boxed("tank", noise=0.01),
     "gain/default": lambda: ways(dw.AdaptiveGain(0.9), 0),
     "gain/plr, pull": lambda: ways(
         dw.AdaptiveGain(

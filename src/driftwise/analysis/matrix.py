@@ -14,6 +14,7 @@ from ..estimators.arx.regression import Regression
 from ..estimators.arx_mimo.estimator import ARXMIMO
 from ..estimators.common.refusals import why_not
 from ..estimators.continuous.estimator import ContinuousJoint
+from ..estimators.grey_box.estimator import GreyBox
 from ..estimators.joint.estimator import Joint
 from ..estimators.joint_mimo.estimator import JointMIMO
 from ..memory.registry import MEMORIES as ANSWERING
@@ -35,6 +36,7 @@ MODELS: dict[str, Callable[[Any], Any]] = {
     "Joint": lambda memory: Joint(1, 1, memory=memory),
     "JointMIMO": lambda memory: JointMIMO((1, 1), 1, memory=memory),
     "ContinuousJoint": lambda memory: ContinuousJoint(1, 1, memory=memory),
+    "GreyBox": lambda memory: GreyBox("tank", start=None, memory=memory),
     "AdaptiveGain": lambda memory: AdaptiveGain(0.9, memory=memory),
 }
 

@@ -215,7 +215,7 @@ def test_a_stiff_step_is_that_of_the_exponential_and_its_slopes_those_of_complex
     form, kind = est.policies[:2]
     room = SCRATCH.open(form, est.scratch())
     room.values[:], room.rates[:] = theta, 1.0
-    step_plant(form, kind, x, u, seconds, room)
+    step_plant(form, kind, x, u, seconds, 3, room)
 
     def exact(x, theta):
         a = -1 / (theta[1] * theta[2])

@@ -145,7 +145,8 @@ class GreyBox(Observer):
         bounds = np.array([[one.origin, min(one.high, 1e300)] for one in found.free])
         form = GreyBoxForm(
             float(n), float(k), float(p), float(m), float(detector.state_size(m)), float(state_size(memory, m)), fades,
-            learns, slopes, float(found.is_continuous), float(found.is_linear), float(is_timed), self.dt, settle, kinds,
+            learns, slopes, float(found.is_continuous), float(found.is_linear), float(is_timed), float(walk.any()),
+            self.dt, settle, kinds,
             bounds[:, 0], bounds[:, 1], walk.ravel(), self._s0, std[n:],
         )  # fmt: skip
         kernel_scale = InverseGamma(0.0, 0.0) if fades and is_relative else self.scale

@@ -30,6 +30,7 @@ class GreyBoxForm(NamedTuple):
     is_continuous: float  # 1: the formulas are derivatives by time
     is_linear: float  # 1: they are linear in the state
     is_timed: float  # 1: the memory goes by seconds, else by samples
+    walks: float  # 1: noise acts on the state
     dt: float
     settle: float  # outputs taken in before the detector watches
     kinds: Vector  # of each parameter: LINEAR, LOG, LOGISTIC
@@ -95,11 +96,10 @@ SCRATCH = Layout(
     Field("M", ("n", "n + 1"), "[A, b]"),
     *each("2 * n", weight="of the columns of Y", g="vector"),
     Field("Y", ("n", "2 * n")),
-    *each("n * n", A="", Q=""),
+    *each("n", "n", Q="what the walks of the state add", V="", G=""),
+    Field("packed", ("n * (n + 1) // 2",), "Q"),
     *each("n * (n - 1) // 2", Uq="of Q"),
     *each("n", Dq="of Q", mean="of x"),
-    *each("4 * n * n", V="", G=""),
-    Field("powers", ("5", "4 * n * n")),
     Field("room", ("has_room(form) * room_size(n, m)",)),
     N="n + m",
     has_room=has_room,

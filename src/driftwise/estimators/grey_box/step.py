@@ -36,7 +36,6 @@ from ...engine.ud import (
     variance,
     variances,
 )
-from ...engine.van_loan import noise as added
 from ...memory.registry import Alarm, View, begin, count, found_jump, on_alarm, time_update
 from ...models.formula_kernels import show
 from ...models.scale import sigma2
@@ -104,34 +103,26 @@ def begin_memory(form, memory, s, state, scratch):
 
 
 @kernel
-def noise_of(form, seconds, scratch):
-    """Fill the factors of Q, what the walks of the state amount to after so many seconds (Van Loan, 1978)."""
-    n, W = int(form.n), form.walk
-    for i in range(n):
-        for l in range(n):
-            is_own = form.is_linear > 0.0
-            slope = scratch.M[i, l] if is_own else scratch.slopes[i, l]
-            scratch.A[i * n + l] = slope if form.is_continuous > 0.0 else 0.0
-    added(scratch.A, W, n, seconds, scratch.Q, scratch.V, scratch.G, scratch.powers)
-    for j in range(n):
+def factor_noise(scratch):
+    """Fill the factors of Q."""
+    for j in range(scratch.Dq.size):
         for i in range(j + 1):
-            scratch.V[at(i, j)] = scratch.Q[i * n + j]
-    factor_within(scratch.V, scratch.Uq, scratch.Dq)
+            scratch.packed[at(i, j)] = scratch.Q[i, j]
+    factor_within(scratch.packed, scratch.Uq, scratch.Dq)
 
 
 @kernel
 def predict(form, plant, seconds, s, state, scratch):
     """Take state and covariance so many seconds on; return a status."""
-    n, m, U, D, J, Y = int(form.n), int(form.m), state.U, state.D, scratch.J, scratch.Y
+    n, m, U, D, J, Y = int(form.n), 0, state.U, state.D, scratch.J, scratch.Y
+    for j in range(int(form.m)):
+        m = int(form.m) if D[n + j] > 0.0 else m  # where all parameters are known nothing depends on them
     in_units(form, s[n:], scratch.values, scratch.rates)
-    status = step_plant(form, plant, s[:n], state.held, seconds, scratch)
-    if not is_number(scratch):
+    status = step_plant(form, plant, s[:n], state.held, seconds, m, scratch)
+    if not is_number(m, scratch):
         return UNDEFINED
-    noisy = 0.0
-    for i in range(n):
-        noisy += form.walk[i * n + i]
-    if noisy > 0.0:
-        noise_of(form, seconds, scratch)
+    if form.walks > 0.0:
+        factor_noise(scratch)
     # U_x,theta <- F U_x,theta + S U_theta,theta
     for c in range(n, n + m):
         column = U[c * (c - 1) // 2 :]
@@ -148,15 +139,15 @@ def predict(form, plant, seconds, s, state, scratch):
     for i in range(n):
         s[i] = scratch.next[i]
         scratch.weight[i] = D[i]
-        scratch.weight[n + i] = scratch.Dq[i] if noisy > 0.0 else 0.0
+        scratch.weight[n + i] = scratch.Dq[i] if form.walks > 0.0 else 0.0
         first = 0
         for j in range(n):
             Y[i, j] = J[i, j]
             for l in range(j):
                 Y[i, j] += J[i, l] * U[first + l]
             first += j
-            Y[i, n + j] = entry(scratch.Uq, i, j) if i <= j and noisy > 0.0 else 0.0
-    columns = 2 * n if noisy > 0.0 else n
+            Y[i, n + j] = entry(scratch.Uq, i, j) if i <= j and form.walks > 0.0 else 0.0
+    columns = 2 * n if form.walks > 0.0 else n
     orthogonalise(Y, scratch.weight, scratch.g, n, columns, U, D, False)
     return status
 

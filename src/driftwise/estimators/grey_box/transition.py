@@ -4,7 +4,8 @@ Linear in the state, x' = A x + b, and A, b have the slopes A_j, b_j by the para
 
     x(t) = x + E [x; 1],   E = sum_k t^k/k! A^(k-1) [A, b],    dE/dtheta_j term by term,
 
-over t / 2^i and doubled i times: E <- 2 E + E_x E, E_x being all but the last column (Al-Mohy and Higham, 2009). A, b,
+over t / 2^i and doubled i times: E <- 2 E + E_x E, E_x being all but the last column (Al-Mohy and Higham, 2009), with
+Q, the noise that walks of density W add: its series from Q' = W + A Q + Q A', doubled by Q <- Q + F Q F'. A, b,
 A_j and b_j come from n + 1 evaluations of the formulas. Where they bend in the state, Runge and Kutta's method of
 fourth order is differentiated along with the steps it takes. A discrete plant says its next state itself.
 """
@@ -34,9 +35,12 @@ def norm(slopes, n):
 
 
 @kernel
-def step_plant(form, plant, x, u, seconds, scratch):
-    """Fill ``scratch.next``, x some seconds later with u held, and ``scratch.J`` = [F, S]; return a status."""
-    n, m, k, J = x.size, scratch.values.size, int(form.inputs), scratch.J
+def step_plant(form, plant, x, u, seconds, m, scratch):
+    """Fill ``scratch.next``, x some seconds later with u held, ``J`` = [F, S], and ``Q``; return a status.
+
+    S is that by the first ``m`` parameters: none, where all are known.
+    """
+    n, k, J = x.size, int(form.inputs), scratch.J
     if form.is_continuous == 0.0:
         move(plant, x, u, scratch.values, scratch.next, scratch.slopes)
         for i in range(n):
@@ -44,11 +48,14 @@ def step_plant(form, plant, x, u, seconds, scratch):
                 J[i, l] = scratch.slopes[i, l]
             for j in range(m):
                 J[i, n + j] = scratch.slopes[i, n + k + j]
+        noise_of_slopes(form, seconds, scratch)
         return 0
     if form.is_linear == 0.0:
-        return step_by_slopes(form, plant, x, u, seconds, scratch)
-    take_apart(form, plant, u, scratch)
-    expand_series(seconds, scratch)
+        status = step_by_slopes(form, plant, x, u, seconds, m, scratch)
+        noise_of_slopes(form, seconds, scratch)
+        return status
+    take_apart(form, plant, u, m, scratch)
+    expand_series(form, seconds, m, scratch)
     for i in range(n):
         scratch.next[i] = x[i] + scratch.E[i, n]
         for l in range(n):
@@ -63,9 +70,9 @@ def step_plant(form, plant, x, u, seconds, scratch):
 
 
 @kernel
-def take_apart(form, plant, u, scratch):
+def take_apart(form, plant, u, m, scratch):
     """Fill M = [A, b] and its slopes by the parameters: the formulas at x = 0, and one unit further along each axis."""
-    n, m, k, w = scratch.next.size, scratch.values.size, int(form.inputs), scratch.next.size + 1
+    n, k, w = scratch.next.size, int(form.inputs), scratch.next.size + 1
     x = scratch.next
     for i in range(n):
         x[i] = 0.0
@@ -76,7 +83,7 @@ def take_apart(form, plant, u, scratch):
             scratch.M[i, l] = scratch.slopes[i, l]
         for j in range(m):
             scratch.slope_M[j, i * w + n] = scratch.slopes[i, n + k + j]
-    for l in range(n):
+    for l in range(n if m > 0 else 0):
         x[l] = 1.0
         move(plant, x, u, scratch.values, scratch.dx, scratch.slopes)
         x[l] = 0.0
@@ -86,10 +93,9 @@ def take_apart(form, plant, u, scratch):
 
 
 @kernel
-def expand_series(seconds, scratch):
-    """Fill E and its slopes."""
-    n, m, M, E, term = scratch.next.size, scratch.values.size, scratch.M, scratch.E, scratch.term
-    w = n + 1
+def expand_series(form, seconds, m, scratch):
+    """Fill E and its slopes, and Q."""
+    n, w, M, E, term = scratch.next.size, scratch.next.size + 1, scratch.M, scratch.E, scratch.term
     reach, h, doublings = norm(M, n) * seconds, seconds, 0
     while reach > SHORT and doublings < 60:
         reach, h, doublings = 0.5 * reach, 0.5 * h, doublings + 1
@@ -98,6 +104,8 @@ def expand_series(seconds, scratch):
             E[i, c] = term[i, c] = h * M[i, c]
             for j in range(m):
                 scratch.slope_E[j, i * w + c] = scratch.slope_term[j, i * w + c] = h * scratch.slope_M[j, i * w + c]
+        for l in range(n):
+            scratch.Q[i, l] = scratch.V[i, l] = h * form.walk[i * n + l]
     size, order = reach, 1
     while size > LEAST and order < 30:
         order += 1
@@ -119,6 +127,12 @@ def expand_series(seconds, scratch):
             for c in range(w):
                 term[i, c] = scratch.spare[i, c] * (h / order)
                 E[i, c] += term[i, c]
+        if form.walks > 0.0:
+            product(M, scratch.V, scratch.G, n)
+            for i in range(n):
+                for l in range(n):
+                    scratch.V[i, l] = (scratch.G[i, l] + scratch.G[l, i]) * (h / order)
+                    scratch.Q[i, l] += scratch.V[i, l]
     for _ in range(doublings):
         for j in range(m):
             times(E, scratch.slope_E[j], scratch.spare, n)
@@ -126,6 +140,8 @@ def expand_series(seconds, scratch):
             for i in range(n):
                 for c in range(w):
                     scratch.slope_E[j, i * w + c] = 2.0 * scratch.slope_E[j, i * w + c] + scratch.spare[i, c]
+        if form.walks > 0.0:
+            double_noise(E, scratch.Q, scratch.V, scratch.G, n)
         for i in range(n):
             for c in range(w):
                 scratch.spare[i, c] = 0.0
@@ -134,6 +150,47 @@ def expand_series(seconds, scratch):
         for i in range(n):
             for c in range(w):
                 E[i, c] = 2.0 * E[i, c] + scratch.spare[i, c]
+
+
+@kernel
+def product(A, B, C, n):
+    """Fill C = A B, (n, n); A may be wider."""
+    for i in range(n):
+        for l in range(n):
+            C[i, l] = 0.0
+            for r in range(n):
+                C[i, l] += A[i, r] * B[r, l]
+
+
+@kernel
+def double_noise(E, Q, V, G, n):
+    """Q <- Q + (I + E) Q (I + E)'."""
+    product(E, Q, V, n)
+    for i in range(n):
+        for l in range(n):
+            V[i, l] += Q[i, l]
+    for i in range(n):
+        for l in range(n):
+            G[i, l] = V[i, l]
+            for r in range(n):
+                G[i, l] += V[i, r] * E[l, r]
+    for i in range(n):
+        for l in range(n):
+            Q[i, l] += 0.5 * (G[i, l] + G[l, i])
+
+
+@kernel
+def noise_of_slopes(form, seconds, scratch):
+    """Fill Q where the plant bends, or is discrete: with the slopes as they are, by the trapezoidal rule."""
+    n, W, J = scratch.next.size, form.walk, scratch.J
+    for i in range(n):
+        for l in range(n):
+            carried = W[i * n + l]
+            if form.is_continuous > 0.0:
+                carried = 0.0
+                for r in range(n):
+                    carried += J[i, r] * W[r * n + r] * J[l, r]
+            scratch.Q[i, l] = 0.5 * seconds * (W[i * n + l] + carried)
 
 
 @kernel
@@ -158,9 +215,9 @@ def add_times(flat, B, out, n):
 
 
 @rare
-def step_by_slopes(form, plant, x, u, seconds, scratch):
+def step_by_slopes(form, plant, x, u, seconds, m, scratch):
     """Fill next and J by Runge and Kutta's method, in steps short against what the slopes say; return a status."""
-    n, m, k, status = x.size, scratch.values.size, int(form.inputs), 0
+    n, k, status = x.size, int(form.inputs), 0
     J, K, stage, point = scratch.J, scratch.K, scratch.stage, scratch.mean
     for i in range(n):
         scratch.next[i] = x[i]
@@ -203,11 +260,11 @@ def step_by_slopes(form, plant, x, u, seconds, scratch):
 
 
 @kernel
-def is_number(scratch):
+def is_number(m, scratch):
     """Say whether the step came to numbers."""
-    total = 0.0
-    for i in range(scratch.next.size):
+    n, total = scratch.next.size, 0.0
+    for i in range(n):
         total += abs(scratch.next[i])
-        for c in range(scratch.J.shape[1]):
+        for c in range(n + m):
             total += abs(scratch.J[i, c])
     return total < math.inf
