@@ -119,6 +119,13 @@ class ObserveJob(RunOptions):
             "estimator": repr(self.estimator), "notes": self.notes, "summary": self.summary.as_dict(),
         }  # fmt: skip
 
+    def facts(self) -> list[str]:
+        """Return what the run was, in a few words."""
+        est = self.estimator
+        window = "all samples so far" if est.is_growing else f"window of {number(est.window)} s"
+        return [f"{self.summary.samples} samples", f"plant {os.path.basename(str(self.plant))}", window,
+                f"dt {number(est.dt, 4)} s", f"took {self.took:.2f} s"]  # fmt: skip
+
     def show(self, out) -> None:
         if self.json == "-":  # nothing but the results
             return
@@ -126,11 +133,8 @@ class ObserveJob(RunOptions):
 
         from driftwise.report.terminal import foot, head, table
 
-        est, summary = self.estimator, self.summary
-        window = "all samples so far" if est.is_growing else f"window of {number(est.window)} s"
-        facts = [f"{summary.samples} samples", f"plant {os.path.basename(str(self.plant))}", window,
-                 f"dt {number(est.dt, 4)} s", f"took {self.took:.2f} s"]  # fmt: skip
-        head(out, self.short_title, facts)
+        summary = self.summary
+        head(out, self.short_title, self.facts())
         shown = table(("", "left"), ("last estimate", "left"))
         for name, value, std in summary.estimates:
             shown.add_row(name, plus_minus(value, std))

@@ -8,6 +8,7 @@ from driftwise.cli.automatic import AutomaticJob
 from driftwise.cli.estimate import EstimateJob
 from driftwise.cli.grey_box import GreyBoxJob
 from driftwise.cli.observe import ObserveJob
+from driftwise.cli.own_matrices import MatricesJob
 from driftwise.cli.run_options import RunOptions
 from driftwise.models.formulas import is_formulas
 
@@ -31,7 +32,10 @@ class RunJob(RunOptions):
     def run(self) -> None:
         """Run the job that the options ask for."""
         if self.plant is not None:
-            kind: type[RunOptions] = GreyBoxJob if is_formulas(self.plant) else ObserveJob
+            from driftwise.tables.matricesfile import is_matrices
+
+            kind: type[RunOptions] = MatricesJob if is_matrices(self.plant) else ObserveJob
+            kind = GreyBoxJob if is_formulas(self.plant) else kind
         elif self.model == "auto" or not self.changed:
             kind = AutomaticJob
         else:

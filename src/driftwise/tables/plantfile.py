@@ -37,26 +37,31 @@ SECTIONS = ("plant", "disturbance", "derived", "observer")
 OBSERVER = ("window", "noise_std", "hold", "irregular", "capacity", "tolerance", "x0", "x_std", "false_alarms")
 
 
-def read(path: str, outputs: list[str], inputs: list[str]) -> tuple[Any, list[int]]:
-    """Return the options of a `WindowObserver`, and the numbers of the disturbances whose walk is to be tuned."""
+def loaded(path: str, example: str) -> dict[str, Any]:
+    """Return what a TOML file holds; ``example`` is shown where it is none."""
     try:
         with open(path, "rb") as file:
-            found = tomllib.loads(bounded(file, f"--plant {path}").decode())
+            return tomllib.loads(bounded(file, f"--plant {path}").decode())
     except OSError as error:
         raise CommandError(f"--plant {path}: {error.strerror or error}") from None
     except InputError as error:
         raise CommandError(str(error)) from None
     except RecursionError:
-        raise CommandError(f"--plant {path} is nested too deep; a file begins like this:\n{EXAMPLE}") from None
+        raise CommandError(f"--plant {path} is nested too deep; a file begins like this:\n{example}") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError, ValueError) as error:
-        raise CommandError(f"--plant {path} is not a TOML file: {error}. A file begins like this:\n{EXAMPLE}") from None
+        raise CommandError(f"--plant {path} is not a TOML file: {error}. A file begins like this:\n{example}") from None
+
+
+def read(path: str, outputs: list[str], inputs: list[str]) -> tuple[Any, list[int]]:
+    """Return the options of a `WindowObserver`, and the numbers of the disturbances whose walk is to be tuned."""
+    found = loaded(path, EXAMPLE)
     try:
-        _known(found, SECTIONS, "section")
+        known(found, SECTIONS, "section")
         for name in ("plant", "observer"):
             if not isinstance(found.get(name), dict):
                 raise InputError(f"section [{name}] is missing. A file looks like this:\n{EXAMPLE}")
         plant = found["plant"]
-        _known(plant, ("states", "A", "B", "C", "D"), "entry of [plant]")
+        known(plant, ("states", "A", "B", "C", "D"), "entry of [plant]")
         if "A" not in plant:
             raise InputError("[plant] needs A, the state matrix")
         plant = models.Plant(**plant, inputs=inputs or None, outputs=outputs)
@@ -68,7 +73,7 @@ def read(path: str, outputs: list[str], inputs: list[str]) -> tuple[Any, list[in
         tuned = [i for i, q in enumerate(listed) if q.get("walk") == "tune"]
         disturbances = tuple(map(_disturbance, listed))
         observer = dict(found["observer"])
-        _known(observer, OBSERVER, "entry of [observer]")
+        known(observer, OBSERVER, "entry of [observer]")
         if "window" not in observer or "noise_std" not in observer:
             raise InputError("[observer] needs window (seconds, or inf) and noise_std (of the measurement, or learn)")
         if observer["noise_std"] == "learn":
@@ -92,7 +97,7 @@ def _checked(plant, disturbances, inputs) -> list[str]:
     return system.names
 
 
-def _known(table, names, what) -> None:
+def known(table, names, what) -> None:
     for name in table:
         if name not in names:
             raise InputError(f"{name!r} is no {what}: they are {', '.join(names)}")
@@ -100,7 +105,7 @@ def _known(table, names, what) -> None:
 
 def _disturbance(table) -> Any:
     kinds = {"frequency": models.Sinusoid, "degree": models.Polynomial}
-    _known(table, ("name", "into", "outputs", "prior_std", "walk", *kinds), "entry of [[disturbance]]")
+    known(table, ("name", "into", "outputs", "prior_std", "walk", *kinds), "entry of [[disturbance]]")
     table = dict(table)
     if table.get("walk") == "tune":
         table["walk"] = 1.0
@@ -121,7 +126,7 @@ def _row(name, row, names, inputs):
     if not isinstance(row, dict):
         raise InputError(f"[derived.{name}] lists names with their factors, for example {names[0]} = 1.0; got {row!r}")
     own = inputs if set(inputs) & set(row) or len(inputs) != 1 else ["u"]
-    _known(row, (*names, *own), f"state, disturbance or input (in [derived.{name}])")
+    known(row, (*names, *own), f"state, disturbance or input (in [derived.{name}])")
     for key, value in row.items():
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise InputError(f"[derived.{name}] {key} must be a number, got {value!r}")
