@@ -13,6 +13,7 @@ from ..engine import validation
 from ..engine.errors import InputError
 from ..engine.status import Status
 from ..estimators.base import is_estimator
+from ..models.markup import as_typed
 from ..results.summary import pool
 from ..results.whiteness import score
 from .forecast import forecast
@@ -241,6 +242,9 @@ class Comparison:
         return "\n".join([*lines, self.words])
 
     __repr__ = __str__
+
+    def _repr_html_(self):
+        return as_typed(str(self))
 
 
 HEAD = ["", "fit %", "rmse", "nlpd", "NIS", "in 95 %", "alarms", "us", "unknowns"]

@@ -52,6 +52,9 @@ class ForecastSummary:
         self._nis, self._spread, self._held = 0.0, 0.0, 0
         self._lags = Correlations()
 
+    def __repr__(self):
+        return f"{type(self).__name__}({self.samples} samples)"
+
     def add(self, trace: Any) -> ForecastSummary:
         """Take in one more piece, an `AverageTrace` or an `Own`."""
         late = self.samples + np.arange(len(trace)) >= self.settle

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..estimators.model_average.trace import AverageTrace
+from ..models.markup import markup
 from ..results import verbs
 from ..results.claims import Claim, told
 from ..results.frames import as_frame
@@ -204,6 +205,9 @@ class Identification:
 
     def __str__(self):
         return self.words
+
+    def _repr_html_(self):
+        return markup(self.words, parameters=self.summary.parameters)
 
     def __repr__(self):
         return f"Identification({self.chosen.name} of {self.table.output!r}, {len(self.changes)} changes)"

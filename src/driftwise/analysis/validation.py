@@ -11,6 +11,7 @@ import numpy as np
 
 from ..models.curves import Curve, Frequencies, Mode, frequency_response, modes, step_response
 from ..models.filtering import linear_filter
+from ..models.markup import as_typed
 from ..results import verbs
 from ..results.numbers import SECONDS, complex_number, fixed, number, plus_minus
 from ..results.verdicts import Diagnosis
@@ -109,6 +110,9 @@ class Validation:
         return "\n\n".join(part for part in (str(self.verdicts), fit_table(self), mode_table(self)) if part)
 
     __repr__ = __str__
+
+    def _repr_html_(self):
+        return as_typed(str(self))
 
 
 def validate(trace, inputs=None, unit: str = SECONDS) -> Validation:

@@ -20,6 +20,9 @@ class Columns:
         self._size = 0
         self.grow(size)
 
+    def __repr__(self):
+        return f"{type(self).__name__}({len(self)} series)"
+
     def __len__(self) -> int:
         return self._size
 

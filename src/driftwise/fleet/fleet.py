@@ -11,6 +11,7 @@ import numpy as np
 from ..engine import validation
 from ..engine.errors import InputError
 from ..estimators.base import Step, is_estimator
+from ..models.markup import columns, markup
 from . import store
 from .crew import Crew
 
@@ -105,6 +106,9 @@ class Fleet:
 
     def __repr__(self):
         return f"Fleet({self.estimators[0]!r}, {len(self)} series)"
+
+    def _repr_html_(self):
+        return markup(repr(self)) + columns({"series": self.keys, "samples": self.states["samples"].tolist()}, limit=10)
 
     def __len__(self) -> int:
         return len(self._index)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..engine.status import MEANING, Status
+from ..models.markup import columns as table
 from .numbers import odds_words
 from .sentences import SOMETHING, alarm_words, direction_words, step_words, weighed_words
 
@@ -45,7 +46,18 @@ class Event:
         return f"{self.moved}, odds {odds_words(self.odds)}" if self.parameter else f"odds {odds_words(self.odds)}"
 
 
-def events_of(columns, limit: int) -> list[Event]:
+class Events(list[Event]):
+    """What happened, in order: a list; a notebook shows it as a table, ``print`` a line for each."""
+
+    def __str__(self):
+        return "\n".join(f"{event.sample}  {event.kind}  {event.text}" for event in self)
+
+    def _repr_html_(self):
+        named = ("sample", "time", "kind", "text", "odds")
+        return table({name: [getattr(event, name) for event in self] for name in named})
+
+
+def events_of(columns, limit: int) -> Events:
     """Return what happened in the columns of one output (a `Trace`, an `Output`), in order."""
     status, found = columns.status, jumps_of(columns, limit)
     for bit, text in MEANING.items():
@@ -54,7 +66,7 @@ def events_of(columns, limit: int) -> list[Event]:
         for k, end in runs(status, bit)[:limit].tolist():
             more = f" ({end - k + 1} samples)" if end > k else ""
             found.append(Event(int(k), float(columns.time[k]), str(bit.name), text + more))
-    return sorted(found, key=lambda event: event.sample)[:limit]
+    return Events(sorted(found, key=lambda event: event.sample)[:limit])
 
 
 def runs(status, bit: Status) -> np.ndarray:

@@ -10,7 +10,7 @@ import numpy as np
 from ..engine.errors import InputError
 from ..engine.status import MEANING, Status
 from . import verbs
-from .events import Event, runs
+from .events import Event, Events, runs
 from .output import Output, split
 from .parameter_trace import ParameterTrace
 from .sentences import alarm_words, contradiction_words
@@ -117,7 +117,7 @@ class ObserverTrace(ParameterTrace):
                 for k, end in runs(status, bit)[:limit].tolist():
                     more = f" ({end - k + 1} samples)" if end > k else ""
                     found.append(Event(k, float(self.time[k]), str(bit.name), name + text + more))
-        return sorted(found, key=lambda event: event.sample)[:limit]
+        return Events(sorted(found, key=lambda event: event.sample)[:limit])
 
     def _turns(self) -> list[Event]:
         ready, kind = self.ready, str(Status.NOT_READY.name)

@@ -13,7 +13,7 @@ from ..engine.validation import count
 from ..models.quantities import derive, derived_columns
 from . import verbs
 from .bands import unpack
-from .events import Event, events_of, jumps_of
+from .events import Event, Events, events_of, jumps_of
 from .output import outputs_of
 from .trace import KEEP, Trace
 
@@ -152,7 +152,7 @@ class ParameterTrace(Trace):
         if self.estimator.outputs is None:
             return listed(self, limit)
         found = [_of_output(event, i) for i, one in enumerate(self.outputs) for event in listed(one, limit)]
-        return sorted(found, key=lambda event: event.sample)[:limit]
+        return Events(sorted(found, key=lambda event: event.sample)[:limit])
 
     # --- results -------------------------------------------------------------------------------------------
 

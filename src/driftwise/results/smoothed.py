@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..engine.errors import InputError
+from ..models.markup import markup
 from .bands import unpack
 from .trace import KEEP
 
@@ -35,6 +36,10 @@ class Smoothed:
 
     def __len__(self):
         return len(self.y)
+
+    def _repr_html_(self):
+        last = zip(self.names, self.parameters[-1], self.parameters_std[-1])
+        return markup(repr(self), parameters=list(last))
 
     def __repr__(self):
         given = "the whole record" if self.lag is None else f"{self.lag} samples ahead"

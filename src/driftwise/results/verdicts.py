@@ -6,6 +6,7 @@ import math
 import textwrap
 from typing import Any, NamedTuple
 
+from ..models.markup import columns
 from .numbers import plain, sentence
 
 WIDTH = 110  # of the printed table
@@ -120,6 +121,11 @@ class Diagnosis(list[Verdict]):
         return "\n".join(lines)
 
     __repr__ = __str__
+
+    def _repr_html_(self):
+        marks = ["" if verdict.is_fine else "!" for verdict in self]
+        shown = {"verdict": [v.name for v in self], "value": [v.shown for v in self], "fine": [v.limits for v in self]}
+        return columns({"": marks, **shown, "what it means": [v.advice for v in self]})
 
 
 def _number(value: float) -> str:

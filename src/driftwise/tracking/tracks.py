@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..estimators.track.trace import TrackTrace
+from ..models.markup import columns
 from ..results import verbs
 from .live import PLOT, Event, Live
 from .plots import Fault, Plots
@@ -171,6 +172,9 @@ class Tracks(Sequence):
     def __repr__(self):
         n = len(self)
         return f"Tracks({n} track{'' if n == 1 else 's'}, {sum(map(len, self._tracks))} plots)"
+
+    def _repr_html_(self):
+        return columns(self.table())
 
     def of(self, key: str) -> Tracks:
         """Return the tracks of a key."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...engine.status import Status
 from ...models.formula_values import undefined
-from ...results.events import MOVED, Event
+from ...results.events import MOVED, Event, Events
 from ...results.events import SAMPLES_LATER as LATER
 from ...results.observer_trace import ObserverTrace
 from ...results.physical_sentences import jump_at_words, moved_words, unclear_jump_words
@@ -91,7 +91,7 @@ class GreyBoxTrace(ObserverTrace):
         """Return what happened, in order; a formula that gave no number is named, with what it was given."""
         found = super().events(limit)
         kind = str(Status.UNDEFINED.name)
-        return [replace(e, text=self._undefined(e.sample) or e.text) if e.kind == kind else e for e in found]
+        return Events(replace(e, text=self._undefined(e.sample) or e.text) if e.kind == kind else e for e in found)
 
     def _undefined(self, sample: int) -> str:
         n, before = self.estimator.model.n, max(sample - 1, 0)

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from ...engine.status import Status
+from ...models.markup import columns, markup
 from ...results.bands import half_width, normal_score, share_within
 from ...results.trace import Trace
 from . import step
@@ -31,6 +32,10 @@ class AverageTrace(Trace):
 
     def __repr__(self):
         return f"AverageTrace({len(self)} samples, {self.leader} leads)"
+
+    def _repr_html_(self):
+        weights = self.weights[-1].tolist() if len(self) else []
+        return markup(repr(self)) + columns({"member": self.names, "weight": weights})
 
     def _times(self, samples: int) -> np.ndarray:
         """Return the instants of samples that came without any: the members count samples, an average does not."""

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...engine.errors import InputError
+from ...models.markup import markup
 from ...results import verbs
 from ...results.bands import unpack
 from ...results.frames import as_frame
@@ -105,6 +106,10 @@ class SmoothedParameters:
 
     def __len__(self):
         return len(self.y)
+
+    def _repr_html_(self):
+        last = zip(self.names, self.parameters[-1], self.parameters_std[-1])
+        return markup(self.words, parameters=list(last))
 
     def __repr__(self):
         return self.words

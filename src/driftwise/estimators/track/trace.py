@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from ...engine.status import Status
+from ...models.markup import markup
 from ...results.bands import half_width, normal_score
 from ...results.trace import Trace
 from . import bank
@@ -35,6 +36,10 @@ class TrackTrace(Trace):
         return f"TrackTrace({len(self)} plots, {self.leader} leads)"
 
     # --- the forecast of a plot ----------------------------------------------------------------------------
+
+    def _repr_html_(self):
+        told = {"speed": (self.speed, self.speed_sd), "course": (self.course, self.course_sd)}
+        return markup(repr(self), parameters=[(name, at[-1], sd[-1]) for name, (at, sd) in told.items() if len(self)])
 
     def _single(self, name) -> np.ndarray:
         return self.table[:, self.estimator.columns[name].start]
