@@ -1,5 +1,7 @@
 """Samples at any instants: a differential equation, functions of dt, matrices of every sample; all say the same."""
 
+from functools import lru_cache
+
 import numpy as np
 import pytest
 import scipy.linalg
@@ -15,8 +17,13 @@ A, B, H, W = (
 )
 
 
-def step_of(seconds, A=A, B=B, W=W):
+def step_of(seconds):
     """Return F, G and Q over a step: exponentials of the input held, and the integral by Gauss-Legendre points."""
+    return _step_of(round(float(seconds), 13))
+
+
+@lru_cache
+def _step_of(seconds):
     F = scipy.linalg.expm(A * seconds)
     points, weights = np.polynomial.legendre.leggauss(40)
     at = 0.5 * seconds * (points + 1)
