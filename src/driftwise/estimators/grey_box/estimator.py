@@ -26,6 +26,7 @@ from ..common.times import instants
 from . import step as _step  # noqa: F401  (registers the step)
 from .beforehand import at_the_start, check_numbers
 from .identifiability import unlearnt
+from .jump_fit import Jumping, resolve_jumps
 from .row import GREY_BOX, GREY_SAMPLE, SCRATCH, GreyBoxForm
 from .start import Starting, resolve_start
 from .summary import GreyBoxSummary
@@ -62,6 +63,9 @@ class GreyBox(Observer):
     start : "batch", BatchStart or None
         How the filter begins: its first samples are fitted at once, several times and from many places of the prior,
         and it goes on from there (status STARTED). None: from the prior alone, which a wide one does not stand.
+    jumps : "fit", JumpFit or None
+        Look for jumps of single parameters: every 16 samples the last 96 are filtered anew with each parameter freed
+        alone, at several instants. A jump that is likely enough is told, named and dated, and the others stay.
     y_scale : float or (p,)
         Typical size of the outputs, where the formulas say no ``noise``.
     dt : float
@@ -109,6 +113,7 @@ class GreyBox(Observer):
         gate: InnovationGate | None = None,
         scale: InverseGamma | None = None,
         start: Any = "batch",
+        jumps: Any = None,
         y_scale=1.0,
         dt: float = 1.0,
     ):
@@ -135,7 +140,10 @@ class GreyBox(Observer):
         self.scale = resolve_scale(scale or (InverseGamma(COUNTED, COUNTED) if is_relative else None), is_relative, m)
         kinds = np.array([KINDS[one.kind] for one in found.free])
         units = np.where(kinds == KINDS["linear"], std[n:] ** 2, 1.0)
+        found_jumps = resolve_jumps(jumps)
         detector, settle, slopes = watch_of_joint(memory, n + m, units)
+        if found_jumps and not isinstance(memory, Constant):
+            raise InputError(f"jumps are looked for by fits, between which parameters are Constant(), not {memory!r}")
         setting = Setting(
             units, std[n:] ** 2, self.scale, 1.0, m, prior_of_parameters(self._s0, self._U0, self._D0, n), n
         )
@@ -156,7 +164,14 @@ class GreyBox(Observer):
         start = resolve_start(start)
         self.starting = None if start is None else Starting(self, start)
         check_numbers(self)
-        self.dtype = GREY_BOX.dtype(form, more=self.starting.fields if self.starting else [])
+        self.jumping = None if found_jumps is None else Jumping(self, found_jumps)
+        self.dtype = GREY_BOX.dtype(
+            form, more=[one for part in (self.starting, self.jumping) if part for one in part.fields]
+        )
+
+    def _started(self, drive):
+        """Return a loop with the fits of jumps, and that of the start, in it."""
+        return super()._started(drive if self.jumping is None else self.jumping.wrap(drive))
 
     def __repr__(self):
         return super().__repr__().replace(f"plant={self.formulas.text!r}", f"plant=<{self.formulas.name}>")

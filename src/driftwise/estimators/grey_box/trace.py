@@ -10,11 +10,12 @@ import numpy as np
 from ...engine.status import Status
 from ...models.formula_values import undefined
 from ...results.events import MOVED, Event, Events
-from ...results.events import SAMPLES_LATER as LATER
 from ...results.observer_trace import ObserverTrace
 from ...results.physical_sentences import jump_at_words, moved_words, unclear_jump_words
 from ...results.trace import Trace
 from .transform import NORMAL_95, to_units
+
+LATER = 20  # samples for each parameter, until a jump is judged by what it did to the estimates
 
 
 class GreyBoxTrace(ObserverTrace):
@@ -127,7 +128,7 @@ class GreyBoxTrace(ObserverTrace):
             if abs(z[most]) > MOVED:
                 one = self.estimator.formulas.free[most]
                 name, way = one.name, int(np.sign(change[most]))
-                is_positive = one.kind == "log" and not one.origin
+                is_positive = values[before, most] > 0 and one.kind != "linear" and one.origin >= 0
                 moved = moved_words(name, values[before, most], values[later, most], one.unit, is_positive)
         time = float(self.time[first])
         return Event(
