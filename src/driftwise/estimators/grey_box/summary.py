@@ -75,6 +75,8 @@ class GreyBoxSummary(ObserverSummary):
 
     def _fit_words(self) -> str:
         """Return how well the outputs are predicted: what an observer says of it, less its jumps."""
+        if self.jumps and not all(nis.is_consistent for nis in self.nis if nis.samples):
+            return ""  # the samples from a jump to its alarm are not predicted, and say nothing of the noise
         jumps, self.jumps = self.jumps, 0
         try:
             words = super().words
