@@ -63,6 +63,15 @@ class TrackJob(Job):
     format: Annotated[str, typer.Option(metavar="KIND,..", help=f"What is written there: {', '.join(WRITERS)}.")] = (
         "csv"
     )
+    register: Annotated[
+        bool,
+        typer.Option(
+            "--register",
+            metavar="",
+            help="Learn the biases of the sensors (range, azimuth, clock) from objects that several of them see, tell "
+            "them, and take them off.",
+        ),
+    ] = False
     smooth: Annotated[
         bool,
         typer.Option(
@@ -175,6 +184,8 @@ class TrackJob(Job):
         refuse_files([("--report", self.report), ("--json", self.json)], read)
         if self.out:
             refuse_folder("--out", self.out)
+        if self.register and self.is_live:
+            raise CommandError("--register looks at a recording: not with --follow or --listen")
         if self.listen:
             from driftwise.tracking.sockets import place
 
@@ -199,9 +210,12 @@ class TrackJob(Job):
 
         plots = None if self.follow or self.listen else self._read()
         self.tracker = Tracker(self.pace, single=self.single, delay=self.delay)
+        self.biases: Any = None
         if plots is None:
             self._listen() if self.listen else self._follow()
             return
+        if self.register:
+            plots = self._registered(plots)
         with bar("tracking", self.quiet) as advance:
             self.tracker.feed(plots[:0])  # what could not be read is told once
             plots = replace(plots, faults=())
@@ -209,6 +223,13 @@ class TrackJob(Job):
                 self.tracker.feed(plots[first : first + BLOCK])
                 advance(min((first + BLOCK) / len(plots), 1.0))
             self.tracker.finish()
+
+    def _registered(self, plots):
+        """Return plots without the biases of their sensors, which are kept to be told."""
+        from driftwise.tracking.registration import register
+
+        self.biases = register(plots, {name: site for name, site in self.radars.items() if site} or None)
+        return self.biases.corrected(plots)
 
     def _read(self):
         from driftwise.tracking.read import read_plots
@@ -259,6 +280,7 @@ class TrackJob(Job):
             content = {
                 "driftwise": __version__, "files": self.inputs or [self.title], "speed": self.pace,
                 "origin": tracks.origin,
+                "biases": {n: b._asdict() for n, b in self.biases.biases.items()} if self.biases else None,
                 "tracks": [r.as_dict() for r in rows],
                 "skipped": [f._asdict() if hasattr(f, "_asdict") else vars(f) for f in tracks.faults],
             }  # fmt: skip
@@ -268,6 +290,8 @@ class TrackJob(Job):
         if not self.quiet:
             took = f"{'followed for' if self.is_live else 'took'} {self.took:.1f} s"
             show_tracks(tracks, rows, title=self.title, took=took, out=out)
+            for text in self.biases.words() if self.biases else ():
+                say(text, stderr=out.stderr)
         if self.out and rows:
             Path(self.out).mkdir(parents=True, exist_ok=True)
             written.append(f"tracks in {', '.join(map(str, tracks.write(self.out, self.kinds)))}")
