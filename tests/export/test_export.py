@@ -11,6 +11,7 @@ import pytest
 import driftwise as dw
 from driftwise.engine import compile
 from driftwise.engine.dispatch import written
+from driftwise.export import host
 from driftwise.export.folder import source_of
 from driftwise.export.host import Library
 from driftwise.export.readme import errors
@@ -50,10 +51,26 @@ FLOATS = {
 }
 
 
-@pytest.fixture(autouse=True)
-def no_board(monkeypatch):
-    """Boards have tests of their own."""
-    monkeypatch.setattr("driftwise.export.readme.GCC", "")
+@pytest.fixture(scope="module", autouse=True)
+def no_board():
+    """Boards have tests of their own; bits are the same at any level of optimisation, and -O0 compiles fastest."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("driftwise.export.readme.GCC", "")
+        patch.setattr(host, "FLAGS", tuple(flag.replace("-O2", "-O0") for flag in host.FLAGS))
+        yield
+
+
+@pytest.fixture(scope="module")
+def exported(tmp_path_factory):
+    """Return the folder that a case is exported to, once for all who read it."""
+    made = tmp_path_factory.mktemp("exported")
+
+    def export(name):
+        if not (made / name).exists():
+            CASES[name].export(made / name, name=name)
+        return made / name
+
+    return export
 
 
 def run(*command, folder):
@@ -63,35 +80,40 @@ def run(*command, folder):
     return done.stdout
 
 
-def library(est, folder, state=None, **options):
-    """Return an estimator's C on this machine."""
+def sources(est, folder, state=None, **options):
+    """Write an estimator's C; return what it was made of."""
     source = source_of(est, est.start() if state is None else state, "pump", **options)
     (folder / "pump.c").write_text(source.source())
     (folder / "pump.h").write_text(source.header())
-    return Library(source, folder)
+    return source
+
+
+def library(est, folder, state=None, **options):
+    """Return an estimator's C on this machine."""
+    return Library(sources(est, folder, state, **options), folder)
 
 
 @needs_gcc
 @pytest.mark.parametrize("name", CASES)
-def test_its_test_finds_the_bits_of_the_estimator(name, tmp_path):
-    files = CASES[name].export(tmp_path, name=name)
-    assert [file.name for file in files] == [f"{name}.c", f"{name}.h", f"test_{name}.c", "README.md"]
-    assert re.findall(r"#include.*", files[0].read_text()) == [f'#include "{name}.h"']
+def test_its_test_finds_the_bits_of_the_estimator(name, exported, tmp_path):
+    folder = exported(name)
+    assert {file.name for file in folder.iterdir()} == {f"{name}.c", f"{name}.h", f"test_{name}.c", "README.md"}
+    assert re.findall(r"#include.*", (folder / f"{name}.c").read_text()) == [f'#include "{name}.h"']
+    files = folder / f"test_{name}.c", folder / f"{name}.c"
     for cc in C:
-        run(cc, "-std=c99", "-O1", *STRICT, f"test_{name}.c", f"{name}.c", "-lm", folder=tmp_path)
+        run(cc, "-std=c99", "-O1", *STRICT, *files, "-lm", folder=tmp_path)
         assert run("./a.out", folder=tmp_path) == "OK\n"
 
 
 @needs_gcc
 @pytest.mark.parametrize("name", ["arx", "automatic", "joint_mimo"])
-def test_it_is_cplusplus_too(name, tmp_path):
-    CASES[name].export(tmp_path, name=name)
-    (tmp_path / "sketch.cpp").write_text(
-        f'#include "{name}.h"\nstruct {name}_state s;\nvoid go() {{ {name}_init(&s); }}\n'
-    )
+def test_it_is_cplusplus_too(name, exported, tmp_path):
+    folder, sketch = exported(name), tmp_path / "sketch.cpp"
+    sketch.write_text(f'#include "{name}.h"\nstruct {name}_state s;\nvoid go() {{ {name}_init(&s); }}\n')
     for cc in ("g++", "clang++"):
         if shutil.which(cc):
-            run(cc, "-x", "c++", "-std=c++17", *STRICT, "-fsyntax-only", f"{name}.c", "sketch.cpp", folder=tmp_path)
+            run(cc, "-x", "c++", "-std=c++17", *STRICT, "-fsyntax-only", f"-I{folder}", folder / f"{name}.c", sketch,
+                folder=tmp_path)  # fmt: skip
 
 
 @needs_gcc
@@ -155,13 +177,13 @@ def test_a_copy_is_a_snapshot_and_what_is_asked_is_there(tmp_path):
 
 
 @needs_gcc
-def test_nothing_is_kept_outside_a_state_and_no_library_is_called(tmp_path):
-    CASES["automatic"].export(tmp_path, name="pump")
-    run(C[0], "-std=c99", "-O1", "-fno-math-errno", "-c", "pump.c", folder=tmp_path)
+def test_nothing_is_kept_outside_a_state_and_no_library_is_called(exported, tmp_path):
+    file = exported("automatic") / "automatic.c"
+    run(C[0], "-std=c99", "-O1", "-fno-math-errno", "-c", file, "-o", "pump.o", folder=tmp_path)
     symbols = run("nm", "pump.o", folder=tmp_path)
     assert not re.findall(r" [bBdDcC] ", symbols)
     assert set(re.findall(r" U (\w+)", symbols)) <= {"memset", "memcpy", "sqrt"}
-    assert {name for name in re.findall(r" T (\w+)", symbols) if not name.startswith("pump_")} == set()
+    assert {name for name in re.findall(r" T (\w+)", symbols) if not name.startswith("automatic_")} == set()
 
 
 def test_means_alone_cost_less():
@@ -180,7 +202,7 @@ def test_means_alone_cost_less():
 @pytest.mark.parametrize("name", FLOATS)
 def test_single_precision_is_close_to_double(name, tmp_path):
     for est in (dw.ARX(2, 2, memory=FLOATS[name]), *([dw.Joint(2, 1)] if name == "constant" else [])):
-        source = library(est, tmp_path, is_single=True).source
+        source = sources(est, tmp_path, is_single=True)
         assert {type(policy).__name__ for policy in est.policies} <= KINDS
         found = errors(source, tmp_path)
         assert found["estimates"] < 1e-4 and found["deviations"] < 1e-5 and found["predictions"] < 1e-5
@@ -192,10 +214,10 @@ def test_single_precision_scales_with_its_data(tmp_path):
     """Units are powers of two: every bit stays, as long as no number leaves the range."""
     est = dw.ARX(2, 2, memory=dw.ExponentialForgetting(0.98))
     samples = record(est, est.start(), 300)
+    shown = library(est, tmp_path, is_single=True).run(samples)
     for power in (-20, 12):
         unit = 2.0**power
         other = est.replace(y_scale=unit, u_scale=unit)
-        shown = library(est, tmp_path, is_single=True).run(samples)
         scaled = library(other, tmp_path, is_single=True).run(samples * unit)
         np.testing.assert_array_equal(scaled[:, 0], shown[:, 0] * unit)
         np.testing.assert_array_equal(scaled[:, est.n_columns :], shown[:, est.n_columns :])

@@ -93,9 +93,8 @@ def test_every_bank_is_its_plain_twin(name, told):
         relative = P0 / (told or 1.0)
         first = dict(nu=-3.0, chi2=0.0) if told is None else dict(nu=2.0, chi2=2 * told)
         first, cap = banks.start(SERIES, M, 4, relative, **first), 2 * relative
-        run = banks.run_bank(y, psi, phi, first, levels=levels, learnt=told is None, A=A, cap=cap)
         if told is None:
-            compare(est, y, psi, run)
+            compare(est, y, psi, banks.run_bank(y, psi, phi, first, levels=levels, learnt=True, A=A, cap=cap))
         elif which == "d":  # uncompiled
             short = slice(0, 60)
             part = banks.run_bank(y[:, short], psi[:, short], phi, first, levels=levels, learnt=False, A=A, cap=cap)

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import comb
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from scipy.special import ndtri
 
 from ..engine.errors import InputError
 from .canonical import Canonical
+from .convert import ObserverForm
 from .response import ratio
 from .roots import derivatives, own_blocks, spread
 
@@ -45,7 +46,7 @@ def _powers(numerator) -> list[int]:
 
 
 @dataclass(frozen=True)
-class ContinuousModel:
+class ContinuousModel(ObserverForm):
     """Continuous-time state space in observer canonical form, with the covariance of its parameters.
 
     x' = A x + B u, y = C x, C = [1, 0, ..]; A(p) = p^n + a1 p^(n-1) + .. + an, B(p) = b1 p^(n-1) + .. + bn, p = d/dt in
@@ -71,27 +72,9 @@ class ContinuousModel:
     is_continuous: ClassVar[bool] = True
 
     @property
-    def names(self) -> list[str]:
-        """Names of the parameters."""
-        return self.form.names
-
-    @property
-    def A(self) -> np.ndarray:
-        """State matrix E - a C, 1/s."""
-        n = self.form.n
-        A = np.eye(n, k=1)
-        A[:, 0] -= self.values[:n]
-        return A
-
-    @property
     def B(self) -> np.ndarray:
         """Input matrix (n, k)."""
         return self.form.polynomials(self.values)[1][:, 1:].T
-
-    @property
-    def C(self) -> np.ndarray:
-        """Output matrix (1, n)."""
-        return np.eye(1, self.form.n)
 
     @property
     def D(self) -> np.ndarray:
@@ -171,16 +154,6 @@ class ContinuousModel:
     def to_scipy(self) -> tuple:
         """Return ``(A, B, C, D)``, what scipy.signal's lti and lsim take (`scipy.signal.lti(*abcd)`)."""
         return self.A, self.B, self.C, self.D
-
-    def to_control(self) -> Any:
-        """Return a continuous python-control StateSpace, dt = 0 (needs the extra ``control``)."""
-        if not self.form.inputs:
-            raise InputError("the model has no input, so it has no transfer function; its poles are in model.poles")
-        try:
-            import control
-        except ImportError:
-            raise ImportError("to_control() needs python-control: pip install driftwise[control]") from None
-        return control.StateSpace(self.A, self.B, self.C, self.D, 0)
 
 
 def simulate_continuous(a, b=None, *, time, u=None, noise_std: float = 0.0, x0=None, missing: float = 0.0, seed=0):

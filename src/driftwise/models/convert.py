@@ -20,7 +20,7 @@ ONE = np.ones(1)
 
 
 class StateSpace:
-    """A, B, C, D of a model in discrete time, for whoever goes on with them."""
+    """A, B, C, D of a model, for whoever goes on with them; ``dt`` is 0 in continuous time."""
 
     form: Any
     dt: float
@@ -49,8 +49,27 @@ class StateSpace:
         return control.StateSpace(self.A, self.B, self.C, self.D, self.dt)
 
 
+class ObserverForm(StateSpace):
+    """A and C of one output in observer canonical form: the measured state is the first one."""
+
+    values: Any
+
+    @property
+    def A(self) -> np.ndarray:
+        """State matrix E - a C; in continuous time in 1/s."""
+        n = self.form.n
+        A = np.eye(n, k=1)
+        A[:, 0] -= self.values[:n]
+        return A
+
+    @property
+    def C(self) -> np.ndarray:
+        """Output matrix (1, n)."""
+        return np.eye(1, self.form.n)
+
+
 @dataclass(frozen=True)
-class Model(StateSpace, WithPoles):
+class Model(ObserverForm, WithPoles):
     """Discrete state space in observer canonical form, with the covariance of its parameters.
 
     x(t+1) = A x(t) + B u(t), y(t) = C x(t) + D u(t); C = [1, 0, ..].
@@ -90,23 +109,10 @@ class Model(StateSpace, WithPoles):
     dt: float = 1.0
 
     @property
-    def A(self) -> np.ndarray:
-        """State matrix E - a C."""
-        n = self.form.n
-        A = np.eye(n, k=1)
-        A[:, 0] -= self.values[:n]
-        return A
-
-    @property
     def B(self) -> np.ndarray:
         """Input matrix b - a b0, (n, k)."""
         a, b = self.form.polynomials(self.values)
         return b[:, 1:].T - np.outer(a[1:], b[:, 0])
-
-    @property
-    def C(self) -> np.ndarray:
-        """Output matrix (1, n)."""
-        return np.eye(1, self.form.n)
 
     @property
     def D(self) -> np.ndarray:
