@@ -430,7 +430,26 @@ WINDOWS = {
     "window/algebraic, equation": lambda: observed(dw.AlgebraicObserver.of_equation(
         [0, 2, 10, 1], [2], dt=0.05, hold="foh", frequencies=[5])),
 }  # fmt: skip
+SPRING = [[1.0, 0.1], [-0.3, 0.9]], [[0.0], [1.0]], [1.0, 0.0]  # F, G, H
 OTHERS = {
+    "state space/default": lambda: ways(dw.StateSpace(*SPRING, Q=[0, 0.1], R=0.04)),
+    "state space/no input, two outputs": lambda: ways(dw.StateSpace(SPRING[0], H=np.eye(2), Q=0.1, R=Q2), 0, 2),
+    "state space/gate, detector": lambda: ways(
+        dw.StateSpace(*SPRING, Q=[0, 0.1], R=0.04, gate=dw.InnovationGate(4.0), detector=dw.PageHinkley())
+    ),
+    "state space/scale, forgetting": lambda: ways(
+        dw.StateSpace(
+            *SPRING, Q=[0, 2.0], R=1.0, scale=dw.models.InverseGamma(2.0, 0.1), memory=dw.ExponentialForgetting(0.98)
+        )
+    ),
+    "state space/noise learnt": lambda: ways(
+        dw.StateSpace(*SPRING, Q=[0, 0.1], R=0.04, memory=dw.memory.LikelihoodDrift())
+    ),
+    "state space/continuous": lambda: ways(
+        dw.StateSpace([[0.0, 1.0], [-1.0, -0.2]], [[0.0], [1.0]], [1.0, 0.0], Q=[0, 0.1], R=0.04, continuous=True),
+        time=motion()[0],
+    ),
+    "state space/halves": lambda: halves(dw.StateSpace(*SPRING, Q=[0, 0.1], R=0.04)),
     "armax/plr": lambda: ways(dw.ARMAX(2, (2, 1), 1, (1, 0), method="plr", offset=True), 2),
     "armax/skip": lambda: ways(dw.ARMAX(1, 1, 1, missing="skip")),
     "armax/halves": lambda: halves(dw.ARMAX(2, 2, 2)),
