@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import select
 import signal
 import socket
 import subprocess
@@ -20,6 +21,7 @@ from .plots import mutated
 from .trial import MEMORY, Outcome
 
 SECONDS = 10.0  # of the clock, until a request is answered or refused: machines are shared
+LATE = 0.05  # s that the second part of a request waits for an answer to the first
 ANSWERS = {100, 200, 204, 400, 401, 403, 404, 405, 406, 408, 411, 413, 414, 415, 421, 422, 429, 431, 503}
 LARGEST = 1 << 20  # bytes of an answer
 WORDS = 4000  # bytes of an answer that refuses: its head, and no more than a line
@@ -69,11 +71,12 @@ HEADERS = [
 
 
 class Request(NamedTuple):
-    """Bytes, what they are in words, and whether they end in the middle."""
+    """Bytes, what they are in words, whether they end in the middle, and bytes that follow when it was answered."""
 
     data: bytes
     told: str
     is_cut: bool = False
+    late: bytes = b""
 
 
 def _pick(rng, some):
@@ -129,6 +132,10 @@ def drawn(rng: np.random.Generator) -> Request:
         return Request(found[: int(rng.integers(len(found) + 1))], f"{told}, cut", True)
     if draw < 0.3:
         return Request(found * 5, f"{told}, five at once", True)
+    if draw < 0.35:
+        at = int(rng.integers(len(found) + 1))
+        late = found[at:] if rng.random() < 0.5 else mutated(found[at:] or b"x", rng, 3)
+        return Request(found[:at], f"{told}, in two parts", True, late)
     return Request(found, told, is_open)  # which waits for more
 
 
@@ -155,12 +162,15 @@ class Service:
             return 0
         return int(found[1]) << 10 if found else 0
 
-    def ask(self, data: bytes, is_cut: bool = False) -> bytes:
+    def ask(self, data: bytes, is_cut: bool = False, late: bytes = b"") -> bytes:
         """Return what it answers, to the end of the first answer's head at least; nothing where it hangs up."""
         answer = b""
         with socket.create_connection(("127.0.0.1", self.port), SECONDS) as wire:
             try:
                 wire.sendall(data)
+                if late:
+                    select.select([wire], [], [], LATE)
+                    wire.sendall(late)
                 if is_cut:
                     wire.shutdown(socket.SHUT_WR)
                 while b"\r\n\r\n" not in answer and (part := wire.recv(1 << 16)):
@@ -174,7 +184,7 @@ class Service:
         """Return what is wrong with how it takes a request, and with how it is afterwards; and what it answered."""
         found, begun = [], time.perf_counter()
         try:
-            answer = self.ask(request.data, request.is_cut)
+            answer = self.ask(request.data, request.is_cut, request.late)
         except TimeoutError:
             waits = b"\r\n\r\n" in request.data or b"\n\n" in request.data
             answer = b""

@@ -6,6 +6,7 @@ from hostile.service import Request, served
 
 pytest.importorskip("starlette")
 SAMPLES = b"POST /samples HTTP/1.1\r\nHost: localhost\r\nX-Driftwise: 1\r\nContent-Type: application/x-ndjson\r\n"
+CHUNKS = b" HTTP/1.1\r\nHost: localhost\r\nTransfer-Encoding: chunked\r\n\r\n"
 LATE = b'{"key": "%s", "time": 1e300, "value": 1}' % (b"k " * 2500)
 BROKE = {
     "a body that breaks off": (SAMPLES + b'Content-Length: 99\r\n\r\n{"key"', True),
@@ -19,12 +20,14 @@ BROKE = {
         b"GET /api/series HTTP/1.1\r\nHost: localhost\r\nTransfer-Encoding: chunked\r\n\r\nno\r\n", False,
     ),
     "no HTTP at all": (b"\x16\x03\x01 hello\r\n\r\n", True),
+    "no HTTP, when it was answered already": (b"GET /api/series" + CHUNKS, False, b"no\r\n\r\n"),
+    "no HTTP, while events are told": (b"GET /stream" + CHUNKS, True, b"no\r\n\r\n"),
 }  # fmt: skip
 
 
 def test_what_once_broke_a_service_is_answered_or_refused(tmp_path):
     with served(tmp_path) as service:
-        wrong = {told: service.tried(Request(data, told, is_cut))[0] for told, (data, is_cut) in BROKE.items()}
+        wrong = {told: service.tried(Request(data, told, *more))[0] for told, (data, *more) in BROKE.items()}
         after, outcome = service.end()
     assert not any(wrong.values()) and not after, (wrong, after)
     assert len(outcome.err.splitlines()) == 1, outcome.err  # where the page is; nothing of what strangers sent

@@ -8,8 +8,10 @@ import logging
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import h11
 import uvicorn
 from starlette.applications import Starlette
+from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from driftwise.engine.errors import InputError
 from driftwise.live.board import Board
@@ -63,7 +65,7 @@ class Site:
             timeout_graceful_shutdown=GRACE,
             h11_max_incomplete_event_size=64 << 10,
             ws="none",
-            http="h11",
+            http=_Protocol,
         )
         self._app, self._server = app, _Server(config)
         self._task: asyncio.Task[None] | None = None
@@ -98,6 +100,16 @@ def site_of(board: Board, config: WebConfig, say: Callable[[str], object] | None
     token_hash = config.token_hash or None
     files = {"certificate": Path(config.tls_cert), "private_key": Path(config.tls_key)} if config.tls_cert else {}
     return Site(application(board, Access(token_hash)), config.host, config.port, token_hash, say=say, **files)
+
+
+class _Protocol(H11Protocol):
+    """HTTP that hangs up where what follows a request is none, and the answer to it has begun: it cannot say 400 then."""
+
+    def send_400_response(self, msg: str) -> None:
+        if self.conn.our_state in (h11.IDLE, h11.SEND_RESPONSE):
+            super().send_400_response(msg)
+        else:
+            self.transport.close()
 
 
 class _Server(uvicorn.Server):
