@@ -240,7 +240,7 @@ def test_rows_that_cannot_be_used_are_faults_with_their_line(tmp_path):
     assert plots.time.tolist() == [0, 7, 8, 8, 8]  # standing still is news; two unknown objects may share a time
     assert {fault.offset: fault.what for fault in plots.faults} == {
         4: "stale rows, which repeat the position before them: 1, this is the first",
-        6: "'lat' is no number: 'x'",
+        6: "'lat' is no number below 1e100: 'x'",
         7: "rows without a position: 1, this is the first",
         8: "more or fewer cells than the header",
         9: "'time' is no time: 'oops'",

@@ -26,6 +26,12 @@ def main() -> None:
         if isinstance(stream, io.TextIOWrapper):  # neither closed nor what a program reads along with
             stream.reconfigure(errors="backslashreplace")  # what its encoding lacks is spelled
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # of matrices as small as ours a second thread only waits
+    from driftwise.report.printed import columns
+
+    for name in {"COLUMNS", "TERMINAL_WIDTH"} & set(os.environ):  # of the help, too
+        told = columns(os.environ.pop(name))
+        if told is not None:
+            os.environ[name] = str(told)
     from driftwise.cli.main import main as run
     from driftwise.engine.errors import Stopped
 

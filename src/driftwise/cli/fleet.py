@@ -19,6 +19,7 @@ from driftwise.engine.errors import CommandError, InputError, Stopped
 from driftwise.tables.spreadsheet import harmless
 
 PAGE, NAMES = "summary.html", "outliers.csv"  # written into the folder beside what the run writes
+HEAD = "key", "kind", "rank", "score", "words"  # of the names
 
 
 @dataclass
@@ -167,8 +168,6 @@ class FleetRunJob(Job):
         if self.resume and self.replace:
             raise CommandError("--resume goes on with a run, --replace deletes it: give one of them.")
         refuse_folder("--out", self.out)
-        if os.path.isdir(self.out) and os.path.isdir(self.data) and os.path.samefile(self.out, self.data):
-            raise CommandError("--out is the folder of the data: results would be taken for data; give another one.")
         refuse_files([("--json", self.json)], [self.data])
         if self.dt is not None and not self.dt > 0:
             raise CommandError(f"--dt must be a positive step of the clock, got {self.dt:g}.")
@@ -180,6 +179,24 @@ class FleetRunJob(Job):
             self.estimator()
         except InputError as error:
             raise specs.refusal(error, model=self.model, memory=self.memory, jumps=self.jumps) from None
+        self._check_places()
+
+    def _check_places(self) -> None:
+        """Refuse a folder among the data, or with what is none of ours, and a cluster that is none."""
+        if os.path.isdir(self.data) and Path(self.out).resolve().is_relative_to(Path(self.data).resolve()):
+            raise CommandError(
+                f"--out {self.out} lies in the folder of the data: results would be taken for data; give another one."
+            )
+        try:
+            option = "--out"
+            _refuse_strangers(Path(self.out))
+            if self.spark:
+                from driftwise.fleet.spark.masters import refuse
+
+                option = "--spark"
+                refuse(self.spark)
+        except InputError as error:
+            raise CommandError(f"{option}: {error}") from None
 
     def estimator(self) -> Any:
         """Return the settings of every series, before they are scaled to its data.
@@ -276,6 +293,7 @@ class FleetShowJob(Job):
         from driftwise.fleet.fleet_run import former_run
 
         result = former_run(self.folder)
+        _refuse_strangers(result.out)
         report = _report(result, _title(result.facts["order"]["data"], result.out))
         unfinished = f"the run is not finished: this is what its last checkpoint knew, after {result.rows} rows."
         if not result.facts["is_read"]:
@@ -332,6 +350,16 @@ def _peak() -> float | None:
     return float(most) if sys.platform == "darwin" else 1024.0 * most
 
 
+def _refuse_strangers(folder: Path) -> None:
+    """Refuse a folder in which a page or names stand that no run has written."""
+    for name, mark in ((PAGE, b'name="generator" content="driftwise"'), (NAMES, ",".join(HEAD).encode())):
+        path = folder / name
+        if path.is_file():
+            with open(path, "rb") as file:
+                if mark not in file.read(1 << 12):
+                    raise InputError(f"{path} was not written by a run of a fleet: move it, or give another folder")
+
+
 def _written(report, folder: Path) -> Any:
     """Write page and names, and say which files are there."""
     from driftwise.fleet.fleet_out import ESTIMATES, EVENTS, FINAL, FLEET
@@ -363,7 +391,7 @@ def _write_names(report, path: Path) -> Path:
 
     with replaced(path) as beside, open(beside, "w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
-        writer.writerow(["key", "kind", "rank", "score", "words"])
+        writer.writerow(HEAD)
         found = report.outliers
         for kind, (rows, scores) in found.found.items():
             for rank, (row, score) in enumerate(zip(rows.tolist(), scores.tolist()), 1):

@@ -41,7 +41,8 @@ class Saver:
         if self._writer is None:
             with ExitStack() as opened:  # interrupted here, it has not begun
                 beside = opened.enter_context(replaced(self.path))
-                writer = opened.enter_context(_kind(self.path)(beside, table.schema))
+                file = opened.enter_context(open(beside, "wb"))  # Python's: signals are heard where nobody reads a pipe
+                writer = opened.enter_context(_kind(self.path)(file, table.schema))
                 self._open, self._writer = opened.pop_all(), writer
         self._writer.write_table(table)
         self._rows += table.num_rows

@@ -13,6 +13,8 @@ def refuse_targets(job) -> None:
     refuse_files([("--save", job.save), ("--report", job.report), ("--json", job.json)], [job.file])
     if job.save and not job.save.lower().endswith((".parquet", ".csv")):
         raise CommandError(f"--save writes .parquet or .csv, got {job.save}; the ending says which.")
+    if job.save and getattr(job, "smooth", None) and _is_pipe(job.save):
+        raise CommandError(f"--save: {job.save} is a pipe, and what is smoothed is added to a file; give one.")
 
 
 def refuse_files(named: list[tuple[str, str | None]], read: list[str]) -> None:
@@ -30,7 +32,7 @@ def refuse_files(named: list[tuple[str, str | None]], read: list[str]) -> None:
 
 
 def refuse_file(option: str, path: str) -> None:
-    """Refuse a file that cannot be written; a link is followed."""
+    """Refuse a file that cannot be written; a link is followed, a pipe takes what is written in one go."""
     if path in ("", "-"):
         raise CommandError(f"{option} wants the name of a file, got {path!r}; only --json writes to standard output.")
     if os.path.islink(path):
@@ -42,6 +44,8 @@ def refuse_file(option: str, path: str) -> None:
         )
     if os.path.isdir(path):
         raise CommandError(f"{option}: {path} is a folder; give the name of a file in it.")
+    if path.lower().endswith(".parquet") and _is_pipe(path):
+        raise CommandError(f"{option}: {path} is a pipe, and Parquet is written to and fro; give a file, or .csv.")
     if not os.path.exists(path):
         _try(option, folder)
     elif not os.access(path, os.W_OK):
@@ -59,6 +63,11 @@ def refuse_folder(option: str, path: str) -> None:
         _try(option, there)
     else:
         raise CommandError(f"{option} {path}: {there} is a file, and a folder is wanted.")
+
+
+def _is_pipe(path: str) -> bool:
+    """Say whether something is there that is no file: a pipe, a device."""
+    return os.path.exists(path) and not os.path.isfile(path)
 
 
 def _try(option: str, folder: str) -> None:

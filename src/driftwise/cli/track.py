@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import glob
 import os
 import sys
 from dataclasses import dataclass, replace
@@ -180,10 +181,13 @@ class TrackJob(Job):
         wrong = [kind for kind in self.kinds if kind not in WRITERS]
         if wrong or not self.kinds:
             raise CommandError(f"--format takes {', '.join(WRITERS)}, with commas between several; got {self.format!r}")
-        read = [*self.inputs, *filter(None, [self.sites])]
-        refuse_files([("--report", self.report), ("--json", self.json)], read)
+        read = [file for name in self.inputs for file in glob.glob(name, recursive=True) or [name]]
+        tracks = [("--out", os.path.join(self.out, f"tracks.{kind}")) for kind in self.kinds] if self.out else []
         if self.out:
             refuse_folder("--out", self.out)
+        there = [(option, path) for option, path in tracks if os.path.exists(path)]
+        named = [("--report", self.report), ("--json", self.json), *there]
+        refuse_files(named, [*read, *filter(None, [self.sites])])
         if self.register and self.is_live:
             raise CommandError("--register looks at a recording: not with --follow or --listen")
         if self.listen:

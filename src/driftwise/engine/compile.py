@@ -26,7 +26,10 @@ import numpy as np
 from . import dispatch, loops, objects
 from .compilers import compilers
 from .dispatch import Size
+from .errors import CommandError
 from .translate.refusal import Refusal
+
+ENGINES = "c", "numba", "python"
 
 
 @functools.cache
@@ -162,7 +165,10 @@ def native(make, sizes, kinds, dimensions) -> Callable | None:
 
 
 def _engine() -> str:
-    return os.environ.get("DRIFTWISE_ENGINE", "c")
+    asked = os.environ.get("DRIFTWISE_ENGINE") or "c"
+    if asked not in ENGINES:
+        raise CommandError(f"DRIFTWISE_ENGINE is {', '.join(ENGINES[:-1])} or {ENGINES[-1]}, got {asked!r}")
+    return asked
 
 
 def _object(make, sizes, kinds, dimensions, loop, native: bool = False) -> Callable | None:

@@ -127,16 +127,17 @@ def _kept(job: FleetJob):
     there = out.there()
     if not there:
         return None
-    if job.replace and not job.resume:
+    if job.replace and out.saved.exists():  # the first that a run writes, and the last that is deleted
         out.clear()
         return None
-    if not job.resume:
+    if not job.resume and not job.replace:
         raise InputError(
             f"{job.out} holds a run already ({there[0].name}): go on with it (resume=True), delete its results and "
             "begin anew (replace=True), or give another folder"
         )
     if not out.saved.exists():
-        raise InputError(f"there is no {out.saved} to resume from, but {there[0]}: whose is it? Give another folder")
+        what = "of a run to delete" if job.replace else "to resume from"
+        raise InputError(f"there is no {out.saved} {what}, but {there[0]}: whose is it? Give another folder")
     kept = store.read(out.saved, job.estimator)
     refuse_another(job, kept.facts["order"])
     return kept

@@ -23,6 +23,7 @@ UNSEEN = re.compile(
 WHOLE: Any = dict(break_long_words=False, break_on_hyphens=False)
 ENDLESS = re.compile(r"\S{400,}")
 WIDTH = 110  # where there is no terminal, and COLUMNS does not say
+NARROWEST, WIDEST = 20, 500  # what it may say
 
 
 def visible(text: str) -> str:
@@ -62,9 +63,19 @@ def _kind() -> type:
 
 def console(stderr: bool = False) -> Any:
     """Return where to print; plain text where that is no terminal."""
-    file = sys.stderr if stderr else sys.stdout
-    is_known = (file is not None and file.isatty()) or os.environ.get("COLUMNS", "").isdecimal()
-    return _kind()(stderr=stderr, highlight=False, markup=False, emoji=False, width=None if is_known else WIDTH)
+    file, told = sys.stderr if stderr else sys.stdout, columns(os.environ.get("COLUMNS", ""))
+    is_known = file is not None and file.isatty()
+    width = told or (None if is_known else WIDTH)
+    return _kind()(stderr=stderr, highlight=False, markup=False, emoji=False, width=width)
+
+
+def columns(told: str) -> int | None:
+    """Return the width that an environment tells, within what can be read; None where that is no number.
+
+    >>> columns("0"), columns("132"), columns("9" * 5000), columns("wide")
+    (20, 132, 500, None)
+    """
+    return min(max(int(told[:9]), NARROWEST), WIDEST) if told.isdecimal() else None
 
 
 def say(text: str, stderr: bool = False) -> None:

@@ -141,7 +141,7 @@ class _Reading:
             unit = unit if unit in METRES else "m"
             values = values * METRES[unit]
         self.used[role] = Column(column.name, unit)
-        self.drop(bad, lambda k: f"{column.name!r} is no number: {cell(self.table, column.name, k)}")
+        self.drop(bad, lambda k: f"{column.name!r} is no number below 1e100: {cell(self.table, column.name, k)}")
         return values
 
     def altitude(self):

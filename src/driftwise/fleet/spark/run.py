@@ -19,6 +19,7 @@ from ..fleet_run import INTAKE, run_fleet
 from ..job import FleetJob, FleetResult, Progress
 from ..run import FleetRun
 from .columns import needed
+from .masters import refuse
 from .shipped import ship
 from .workers import Piece, Task, advancing, counting, reading
 
@@ -61,6 +62,8 @@ def _session(master) -> Iterator[Any]:
     if running is not None and master is None:
         yield running
         return
+    if master is not None:
+        refuse(master)
     os.environ.setdefault("PYSPARK_PYTHON", sys.executable)
     builder = SparkSession.builder.appName("driftwise").config("spark.ui.showConsoleProgress", "false")
     try:

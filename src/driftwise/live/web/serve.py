@@ -103,7 +103,7 @@ def site_of(board: Board, config: WebConfig, say: Callable[[str], object] | None
 
 
 class _Protocol(H11Protocol):
-    """HTTP that hangs up where what follows a request is none, and the answer to it has begun: it cannot say 400 then."""
+    """HTTP that hangs up on what is none while an answer is given, or was: it is too late to say 400 then."""
 
     def send_400_response(self, msg: str) -> None:
         if self.conn.our_state in (h11.IDLE, h11.SEND_RESPONSE):
