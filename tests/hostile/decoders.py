@@ -15,8 +15,9 @@ from pathlib import Path
 import numpy as np
 
 import driftwise as dw
+from driftwise.models.formulas import library, read
 
-from . import packed, plots, tables
+from . import formulas, packed, plots, tables
 
 LONGEST = 1 << 14  # bytes of an input
 
@@ -158,6 +159,10 @@ def _states() -> list[bytes]:
         path = _folder() / "seed.json"
         dw.save_state(est, trace.state, path)
         found.append(path.read_bytes())
+    for est in (dw.StateSpace([[1, 1], [0, 0.9]], H=[1, 0], Q=[0, 0.1], R=1.0), dw.GreyBox("tank", start=None)):
+        trace = est.scan(rng.standard_normal(9), rng.standard_normal(9) if est.model.inputs else None)
+        dw.save_state(est, trace.state, path)
+        found.append(path.read_bytes())
     return found
 
 
@@ -208,6 +213,18 @@ def _plants() -> list[bytes]:
     return [EXAMPLE.encode(), EXAMPLE.replace("frequency", "degree = 1 #").replace("learn", "tune").encode()]
 
 
+def take_formulas(data: bytes) -> None:
+    """Read a plant in formulas, as text and from a file, and look at what would be compiled of it."""
+    with contextlib.suppress(dw.InputError):
+        read(str(_file("f.toml", data)))
+    formulas.take(data.decode("utf-8", "replace"))
+
+
+def _formulas() -> list[bytes]:
+    odd = [text.encode("utf-8", "replace") for text in formulas.written().values()]
+    return [formulas.HONEST.encode(), *(read(name).text.encode() for name in library()), *odd]
+
+
 def take_sites(data: bytes) -> None:
     """Read where radars stand: TOML, JSON or CSV, by its ending."""
     from driftwise.tracking.sites import read_sites
@@ -237,5 +254,6 @@ DECODERS = {
     "tracker": Decoder(take_tracker, _trackers),
     "words": Decoder(take_words, _words),
     "plant": Decoder(take_plant, _plants),
+    "formulas": Decoder(take_formulas, _formulas),
     "sites": Decoder(take_sites, _sites),
 }

@@ -6,7 +6,7 @@ import numpy as np
 
 import driftwise as dw
 from driftwise.engine.errors import InputError
-from driftwise.engine.status import LOST
+from driftwise.engine.status import LOST, UNDEFINED
 
 T = 120
 
@@ -77,6 +77,14 @@ ESTIMATORS = {
     "Joint auto": lambda: dw.Joint(1, inputs=1, memory=dw.AutoMemory()),
     "Joint output error": lambda: dw.Joint(2, inputs=1, noise=dw.models.OutputError()),
     "Joint unknown": lambda: dw.Joint(2, inputs=1, noise=dw.models.UnknownPolynomial()),
+    "StateSpace": lambda: dw.estimators.StateSpace(
+        [[0.9, 1.0], [0.0, 0.8]], [[0.0], [1.0]], Q=[0.01, 0.1], R=1.0, gate=dw.detect.InnovationGate(5.0)
+    ),
+    "StateSpace unstable": lambda: dw.estimators.StateSpace(
+        [[1e3, 1.0], [0.0, 1e-9]], [[1e50], [1.0]], Q=[0.0, 1e-30], R=1e-90
+    ),
+    "GreyBox": lambda: dw.estimators.GreyBox("mass_spring_damper", dt=0.1),
+    "GreyBox tank": lambda: dw.estimators.GreyBox("tank", start=None),
     "Track": lambda: dw.TrackEstimator("aircraft"),
 }
 
@@ -96,10 +104,10 @@ def broken(name: str, y, u) -> str:
         n: np.asarray(state[n], float) for n in state.dtype.names if state.dtype[n].names is None and n != "plots"
     }
     wrong = [n for n, values in numbers.items() if not np.isfinite(values).all()]
-    if wrong and not status[-1] & LOST:
+    if wrong and not status[-1] & (LOST | UNDEFINED):
         return f"{', '.join(wrong)} not finite at the end, and not LOST"
     if "D" in numbers and not wrong and not (numbers["D"] >= 0).all():
         return f"a variance below nothing: {numbers['D'].min():g}"
     prediction = np.asarray(trace.prediction).reshape(len(y), -1)
-    lost = ~np.isfinite(prediction).all(axis=1) & (status & LOST == 0)
+    lost = ~np.isfinite(prediction).all(axis=1) & (status & (LOST | UNDEFINED) == 0)
     return f"prediction {int(lost.argmax())} not finite, and not LOST" if name != "Track" and lost.any() else ""

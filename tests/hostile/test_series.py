@@ -7,12 +7,19 @@ from hostile.series import ESTIMATORS, SERIES, broken, drawn
 from hostile.soak import KINDS, friendly, soak
 
 
-@pytest.mark.parametrize("name", ESTIMATORS)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name == "GreyBox")) for name in ESTIMATORS]
+)
 def test_extreme_series_leave_a_finite_state(name):
     found = [
         f"{shape}: {wrong}" for shape in SERIES if (wrong := broken(name, *SERIES[shape](np.random.default_rng(3))))
     ]
     assert not found
+
+
+@pytest.mark.parametrize("shape", ["zeros", "huge inputs"])
+def test_a_start_that_nothing_can_be_fitted_to_is_told(shape):
+    assert not broken("GreyBox", *SERIES[shape](np.random.default_rng(3)))
 
 
 @pytest.mark.slow

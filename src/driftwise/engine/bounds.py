@@ -20,6 +20,11 @@ MOST = {
     "threads": 1024,
     "samples": 10**8, "series": 10**7, "chunk": 10**8, "batch": 10**8,  # in memory at a time
 }  # fmt: skip
+FORMULA = {  # of a plant in formulas
+    "bytes": 1 << 20, "names": 300, "lines": 1000, "points": 10_000,
+    "characters": 10_000, "depth": 100,  # of one formula
+    "operations": 20_000,  # of all, those of their slopes included
+}  # fmt: skip
 COUNT = 10**12  # of whatever has no bound of its own
 WHY = {
     "order": "an order is how many past samples matter; is the record sampled too fast?",

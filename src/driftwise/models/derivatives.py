@@ -9,9 +9,12 @@ from __future__ import annotations
 
 import ast
 import math
+import sys
+import warnings
 from collections.abc import Callable
 from typing import NamedTuple, NoReturn
 
+from ..engine import bounds
 from ..engine.errors import InputError
 
 FUNCTIONS = ("sqrt", "exp", "log", "sin", "cos", "tanh", "abs", "sign", "min", "max")
@@ -21,10 +24,27 @@ COMPARE = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">="}
 
 def parsed(text: str, where: str) -> ast.expr:
     """Return a formula as a tree."""
+    most = bounds.FORMULA
+    if len(text) > most["characters"]:
+        raise InputError(f"{where}: a formula has at most {most['characters']} characters, got {len(text)}")
     try:
-        return ast.parse(text.strip(), mode="eval").body
+        with warnings.catch_warnings(action="ignore"):  # of Python, at numbers and names run together
+            tree = ast.parse(text.strip(), mode="eval").body
     except (SyntaxError, ValueError) as error:
         raise InputError(f"{where}: this is no formula ({getattr(error, 'msg', error)})") from None
+    except (RecursionError, MemoryError):
+        tree = None
+    if tree is None or _is_deep(tree, most["depth"]):
+        raise InputError(f"{where}: a formula nests at most {most['depth']} deep; write it in several lines")
+    return tree
+
+
+def _is_deep(tree: ast.expr, most: int) -> bool:
+    """Say whether expressions stand in one another more often than that; counted without recursion."""
+    level: list[ast.AST] = [tree]
+    for _ in range(most):
+        level = [child for node in level for child in ast.iter_child_nodes(node)]
+    return bool(level)
 
 
 class Value(NamedTuple):
@@ -66,6 +86,8 @@ class Tape:
         if text.replace("_", "").isalnum() or _is_number(text):
             return text
         self.count += 1
+        if self.count > bounds.FORMULA["operations"]:
+            self.refuse(f"the plant comes to more than {bounds.FORMULA['operations']} operations; is it one plant?")
         self.lines.append(f"t{self.count} = {text}")
         return f"t{self.count}"
 
@@ -88,6 +110,8 @@ class Tape:
     def of_Constant(self, node) -> Value:
         if isinstance(node.value, bool) or not isinstance(node.value, int | float):
             self.refuse(f"{node.value!r} is no number")
+        if not abs(node.value) <= sys.float_info.max:
+            self.refuse("a number is beyond every number")
         return Value(repr(float(node.value)), {})
 
     def of_Name(self, node) -> Value:

@@ -41,6 +41,14 @@ def check(plant: Any) -> None:
     check_units(plant)
 
 
+def check_number(what: str, value: Any, may_be_infinite: bool = False) -> None:
+    """Raise InputError where a value is no number of a size that data have."""
+    if isinstance(value, bool) or not isinstance(value, int | float) or value != value:
+        raise InputError(f"{what} must be a number, got {value!r}")
+    if 0 < abs(value) < 1e-100 or (abs(value) > 1e100 and not (may_be_infinite and math.isinf(value))):
+        raise InputError(f"{what} must lie between 1e-100 and 1e100, got {str(value)[:20]}. Is the unit right?")
+
+
 def _check_parameter(one: Any) -> None:
     where = f"[parameters] {one.name}"
     if not math.isfinite(one.start):

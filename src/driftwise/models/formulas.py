@@ -33,9 +33,10 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from ..engine import bounds
 from ..engine.errors import InputError
 from .derivatives import Tape, Value, parsed
-from .formula_checks import check
+from .formula_checks import check, check_number
 
 SECTIONS = ("states", "inputs", "outputs", "parameters", "tables", "formulas")
 HEAD = ("name", "about", "source", "example", "time")
@@ -269,7 +270,9 @@ def read(plant: Any) -> Formulas:
     text = _text_of(plant)
     try:
         table = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+    except RecursionError:
+        raise InputError("the plant is nested without end") from None
+    except ValueError as error:  # a number of thousands of digits is one, too
         raise InputError(f"the plant is no TOML: {error}. It looks like this:\n{_example()}") from None
     plant = _read(table, text)
     check(plant)
@@ -295,16 +298,22 @@ def _text_of(plant) -> str:
     if not isinstance(plant, str | Path):
         raise InputError(f"plant is a name ({', '.join(library())}), a TOML file or its text; got {plant!r}")
     if isinstance(plant, str) and "\n" in plant:
-        return plant
-    path = PLANTS / f"{plant}.toml"
-    if not path.exists():
-        path = Path(plant)
+        return _bounded(plant)
     try:
-        return path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
+        path = PLANTS / f"{plant}.toml"
+        with open(path if path.exists() else plant, encoding="utf-8") as file:
+            text = file.read(bounds.FORMULA["bytes"] + 1)
+    except (OSError, ValueError) as error:
         raise InputError(
             f"there is no plant {str(plant)!r} ({error}): known are {', '.join(library())}, and any TOML file"
         ) from None
+    return _bounded(text)
+
+
+def _bounded(text: str) -> str:
+    if len(text) > (most := bounds.FORMULA["bytes"]):
+        raise InputError(f"a plant has at most {most >> 20} MB of text; is it the right file?")
+    return text
 
 
 def _example() -> str:
@@ -318,6 +327,15 @@ def _read(table: dict[str, Any], text: str) -> Formulas:
     for needed in ("outputs", "parameters", "formulas"):
         if not table.get(needed):
             raise InputError(f"the plant has no [{needed}]. It looks like this:\n{_example()}")
+    most = bounds.FORMULA
+    for section in SECTIONS:
+        found = table.get(section, {})
+        if not isinstance(found, dict):
+            raise InputError(f"[{section}] is a section of the plant, got {section} = {found!r}")
+        if len(found) > (largest := most["lines" if section == "formulas" else "names"]):
+            raise InputError(f"[{section}] has at most {largest} entries, got {len(found)}; is it one plant?")
+    if (count := sum(len(table.get(section, {})) for section in SECTIONS[:4])) > most["names"]:
+        raise InputError(f"a plant has at most {most['names']} states, inputs, outputs and parameters, got {count}")
     time = table.get("time", "continuous")
     if time not in ("continuous", "discrete"):
         raise InputError(f'time is "continuous" or "discrete", got {time!r}')
@@ -350,8 +368,10 @@ def _each(kind, section, table) -> tuple[Any, ...]:
             if key not in known:
                 raise InputError(f"{where} has {key!r}, which is none of {', '.join(known)}")
             wanted = kind.__dataclass_fields__[key].type
-            if "float" in wanted and (isinstance(value, bool) or not isinstance(value, int | float)):
-                raise InputError(f"{where}: {key} must be a number, got {value!r}")
+            if "float" in wanted:
+                check_number(f"{where}: {key}", value, may_be_infinite=key in ("low", "high"))
+            if wanted == "str" and not isinstance(value, str):
+                raise InputError(f"{where}: {key} is a text, got {value!r}")
             if wanted == "bool" and not isinstance(value, bool):
                 raise InputError(f"{where}: {key} is true or false, got {value!r}")
         found.append(kind(name, **{k: float(v) if type(v) is int else v for k, v in given.items()}))
@@ -362,10 +382,12 @@ def _table(name, found) -> tuple[list[float], list[float]]:
     where = f"[tables] {name}"
     if not isinstance(found, dict) or set(found) - {"x", "y", "unit", "x_unit"} or not {"x", "y"} <= set(found):
         raise InputError(f"{where} has x and y, numbers each: {{x = [0, 1], y = [3.0, 4.2]}}")
-    try:
-        xs, ys = [float(v) for v in found["x"]], [float(v) for v in found["y"]]
-    except (TypeError, ValueError):
-        raise InputError(f"{where}: x and y are lists of numbers") from None
+    for axis in ("x", "y"):
+        if not isinstance(found[axis], list) or len(found[axis]) > bounds.FORMULA["points"]:
+            raise InputError(f"{where}: {axis} is a list of numbers, at most {bounds.FORMULA['points']}")
+        for value in found[axis]:
+            check_number(f"{where}: {axis}", value)
+    xs, ys = [float(v) for v in found["x"]], [float(v) for v in found["y"]]
     if len(xs) != len(ys) or len(xs) < 2:
         raise InputError(f"{where}: x has {len(xs)} and y {len(ys)} numbers; both need as many, and two at least")
     if any(b <= a for a, b in itertools.pairwise(xs)) or not all(map(math.isfinite, xs + ys)):

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from typing import Any
 
 from ..engine.errors import InputError
+from .derivatives import parsed
 
 Kind = tuple[float, ...] | None  # powers of m, kg, s, A, K, mol; None: not known, which fits anywhere
 NONE: Kind = (0.0,) * 6
@@ -55,7 +56,7 @@ def check_units(plant: Any) -> None:
     kinds: dict[str, Kind] = {name: kind_of(unit) for name, unit in plant.units.items()}
     for left, right in plant.lines:
         where = f"{plant.name}: {left} = {right}"
-        found = _Reader(kinds, where)(ast.parse(right.strip(), mode="eval").body)
+        found = _Reader(kinds, where)(parsed(right, where))
         wanted = kinds.get(left)
         if left[:1] == "d" and left[1:] in plant.state_names:
             wanted = kinds[left[1:]]

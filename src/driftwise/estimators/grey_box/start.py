@@ -60,6 +60,16 @@ class Fit(NamedTuple):
     information: np.ndarray
     rows: np.ndarray
 
+    @property
+    def is_peaked(self) -> bool:
+        """Whether there is a Gaussian about it: numbers that are none, or lie far from all others, leave none."""
+        if not (np.isfinite(self.value) and np.isfinite(self.information).all()):
+            return False
+        try:
+            return bool(np.isfinite(np.linalg.cholesky(self.information)).all())
+        except np.linalg.LinAlgError:
+            return False
+
 
 class Starting:
     """The compiled loop of a grey box, stopped where a series has enough samples to be fitted."""
@@ -214,9 +224,10 @@ class Batch:
         zs = self.mean + self.spread * rng.standard_normal((CANDIDATES, self.size))
         zs[0], zs[1, : self.m] = self.mean, before
         zs, value = self._with_noise(zs)
-        found = self._climb(self._spread_out(zs, value))
+        chosen = self._spread_out(zs, value)
+        found = self._climb(chosen) if len(chosen) else []
         modes: list[Fit] = []
-        for fit in sorted((fit for fit in found if np.isfinite(fit.value)), key=lambda fit: -fit.value):
+        for fit in sorted((fit for fit in found if fit.is_peaked), key=lambda fit: -fit.value):
             is_near = not modes or fit.value > modes[0].value - NEAR
             if is_near and all(_apart(fit, other, self.m) > ALIKE for other in modes):
                 modes.append(fit)
@@ -238,8 +249,10 @@ class Batch:
         if self.noise is not None:
             p = len(self.noise)
             ratio = (e * e / V).reshape(len(zs), -1, p)
-            count, ratio = np.isfinite(ratio).sum(axis=1), np.nanmean(ratio, axis=1)
-            ratio = np.where(np.isfinite(value)[:, None], ratio, 1.0)
+            is_there = np.isfinite(ratio)
+            count = is_there.sum(axis=1)
+            ratio = np.where(is_there, ratio, 0.0).sum(axis=1) / np.maximum(count, 1)
+            ratio = np.where(np.isfinite(value)[:, None] & (ratio > 0), ratio, 1.0)
             zs[:, self.m :] += 0.5 * np.log(ratio)
             value += 0.5 * np.sum(count * (ratio - 1 - np.log(ratio)), axis=1)  # as if all variances went with it
         return zs, value
@@ -250,7 +263,8 @@ class Batch:
         before = np.full(len(zs), -np.inf)
         for turn in range(TURNS):
             fits = self._slopes(zs)
-            still = [i for i, (fit, _) in enumerate(fits) if fit.value > before[i] + ENOUGH and turn < TURNS - 1]
+            rise = [fit.is_peaked and fit.value > before[i] + ENOUGH for i, (fit, _) in enumerate(fits)]
+            still = [i for i, is_rising in enumerate(rise) if is_rising and turn < TURNS - 1]
             ended += [fit for i, (fit, _) in enumerate(fits) if i not in still]
             if not still:
                 break
