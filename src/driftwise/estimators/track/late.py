@@ -45,8 +45,8 @@ class LatePlots(Portable):
     >>> late = LatePlots("boat", lag=10.0)
     >>> state = late.start()
     >>> for time in (0.0, 4.0, 12.0, 8.0, 1.0):
-    ...     state, step = late.update(state, time, (3 * time, -time))
-    >>> in_order = late.estimator.scan([0.0, 4.0, 8.0, 12.0], [(0, 0), (12, -4), (24, -8), (36, -12)]).state
+    ...     state, step = late.update(state, time, (3 * time, 50 - time))
+    >>> in_order = late.estimator.scan([0.0, 4.0, 8.0, 12.0], [(0, 50), (12, 46), (24, 42), (36, 38)]).state
     >>> print(late.state_of(state).tobytes() == in_order.tobytes(), state["late"], state["refused"], step)
     True 2.0 1.0 None
     """
