@@ -201,7 +201,8 @@ class Follower:
         self.stated = R
         self.trust = 1.0 if R is None else step.CLAIM
         self.manoeuvre, self.is_told, self.waiting, self.doubt = step.STARTS, False, None, 0.0
-        self.surprise, self.still, self.grain = np.zeros((3, self.C))
+        self.surprise, self.still, self.grain, self.drift = np.zeros((4, self.C))
+        self.lead = 0.0
         self.counts = np.array(learning.PRIOR)
 
     def _start(self, d):
@@ -272,8 +273,8 @@ class Follower:
             chosen._tell(before, chosen.w)
         chosen._absorb(t, y)
         if not waits:
-            found["onset"] = not chosen.is_told and chosen.manoeuvre > step.TOLD_ABOVE
-            chosen.is_told = found["onset"] or (chosen.is_told and chosen.manoeuvre >= step.OVER_BELOW)
+            found["onset"] = not chosen.is_told and chosen.lead > step.TOLD_ABOVE
+            chosen.is_told = found["onset"] or (chosen.is_told and chosen.lead >= step.OVER_BELOW)
         chosen._tell(found, chosen._weights(chosen.known))
         if waits:
             x, apart = found["state"], (before["state"] - found["state"]).ravel()
@@ -322,8 +323,21 @@ class Follower:
         return 1 - 1 / min(self.tails, learning.YOUNG + self.seen)
 
     def _absorb(self, t, y):
+        self._watch(y)
         self._judge(y)
         self._learn(t, y)
+
+    def _watch(self, y):
+        """Chi-squared of the fading mean of what straight flight misses, under the noise of those that lead."""
+        i, fresh = judging.PLAIN, judging.FRESH
+        w = self.w[: bank.KALMAN] / self.w[: bank.KALMAN].sum()
+        level = np.exp(w @ np.log([m.scale for m in self.kalman[: bank.KALMAN]]))
+        s = self.S[i] * level / self.kalman[i].scale
+        z = np.clip((y - self.mean[i]) / np.sqrt(s), -judging.FARTHEST, judging.FARTHEST)
+        self.drift = (1 - fresh) * self.drift + fresh * z
+        behind = judging.BEHIND * self.speed / judging.GENTLE * self.period**2
+        is_far = self.drift**2 @ s > behind**2 and self.seen > judging.SOONEST
+        self.lead = self.drift @ self.drift * (2 - fresh) / fresh if is_far else 0.0
 
     def _judge(self, y):
         known, unit, C = self.known, self.unit, self.C

@@ -21,8 +21,8 @@ RADII = (0.2, 0.4, 0.6, 0.75, 0.87)
 LINES, CURVES, CIRCLES, POLES = len(STRAIGHT), len(CURVED), len(TURNS), len(RADII)
 KALMAN = LINES + CURVES
 
-SEEN, TIME, PERIOD, GAP, MANOEUVRE, ALERT, TRUST, SUSPECTED, DOUBT = range(9)  # of the head of a row
-FIRST, LAST, SPEED, LOG, STATED, SURPRISE, SUSPECT, CLAIMED, STILL, GRAIN, EACH = range(11)  # of each coordinate
+SEEN, TIME, PERIOD, GAP, MANOEUVRE, ALERT, TRUST, SUSPECTED, DOUBT, LEAD = range(10)  # of the head of a row
+FIRST, LAST, SPEED, LOG, STATED, SURPRISE, SUSPECT, CLAIMED, STILL, GRAIN, DRIFT, EACH = range(12)  # of each coordinate
 SCALES = (*(4.0**k for k in range(-2, 6)), 4.0**6)  # of the predictive density's tails; the last is that of wild plots
 TAILS = len(SCALES)
 WILD = TAILS - 1
@@ -82,13 +82,14 @@ TRACK = Layout(
         trust="plots that the stated variance is worth",
         suspected="time from the last plot to one that may be wild and waits for the next; 0 where none does",
         doubt="how likely that one is wild",
+        lead="chi-squared by which plots lead away from straight flight",
     ),
     Field(
         "plots",
         ("C", "EACH"),
         "each coordinate: first plot, last less the first, last velocity, log of a plot's variance, what was stated; "
         "e^2/variance of the last; the plot that waits, what was stated of it; equal steps in a row, the lattice's "
-        "step that they show (0 is unknown)",
+        "step that they show (0 is unknown); how far plots lead away from straight flight, deviations",
     ),
     Field("tails", ("TAILS",), "plots that each scale of the tails is worth"),
     Field("weights", ("members(C)",), "log weight of each member"),

@@ -13,6 +13,11 @@ from . import bank, circle, linear, pole
 
 FREEDOM = 6.0  # of the Student-t by which bank.members are judged
 GENTLE = 250.0  # s, from rest to the speed of the class: an acceleration that is no manoeuvre
+PLAIN = 3  # the member of constant velocity from which a manoeuvre leads away
+FRESH = 0.4  # of the mean of its innovations, what the last one counts
+FARTHEST = 3.0  # deviations that one counts at most
+BEHIND = 3.0  # squares of the time between plots, times the least acceleration of a manoeuvre: it is behind by more
+SOONEST = 6.0  # plots
 MADDEST = 3.0  # speed, of what is fast for the class, that no member believes
 
 
@@ -143,6 +148,29 @@ def judge(task, row, C, T, y, unit, w, mean, S, scores):
         best = max(best, row[at + i])
     for i in range(M):
         row[at + i] -= best
+
+
+@kernel
+def watch(task, row, C, T, y, unit, w, mean, S):
+    """Follow by how many deviations plots lead away from straight flight: a fading mean of one member's innovations.
+
+    The deviation is that of the member under the noise of those that lead: its own grows while it is left behind.
+    """
+    lead, size2, least = 0.0, 0.0, task.fastest / GENTLE
+    for c in range(C):
+        level, share = 0.0, 0.0
+        for i in range(bank.KALMAN):
+            level += w[i] * log(row[bank.at_linear(C, i) + bank.LINEAR * c + linear.SCALE])
+            share += w[i]
+        if not share > 1e-6:
+            continue
+        s = S[PLAIN, c] * exp(level / share) / row[bank.at_linear(C, PLAIN) + bank.LINEAR * c + linear.SCALE]
+        z = min(max((y[c] - mean[PLAIN, c]) / math.sqrt(s), -FARTHEST), FARTHEST)
+        at = bank.of_coordinate(C, bank.DRIFT, c)
+        row[at] += FRESH * (z - row[at])
+        lead += square(row[at]) * (2.0 - FRESH) / FRESH
+        size2 += square(row[at]) * s
+    row[bank.LEAD] = lead if size2 > square(BEHIND * least * T * T) and row[bank.SEEN] > SOONEST else 0.0
 
 
 @kernel

@@ -21,7 +21,7 @@ SUREST = 0.98  # of a plot that waits: how likely it is wild, at most, and how l
 EARLIEST = 4.0  # plots before any is suspected
 STARTS, ENDS = 0.02, 0.1  # of a manoeuvre, per plot
 CLAIM = 10.0  # plots that a stated variance is worth
-TOLD_ABOVE, OVER_BELOW = 0.9, 0.5  # of the probability of a manoeuvre: an onset, and when another may come
+TOLD_ABOVE, OVER_BELOW = 16.0, 4.0  # of what leads away: an onset, and when another may come
 
 
 class Tracking(NamedTuple):
@@ -101,6 +101,7 @@ def foretell(task, row, C, d, R, unit, g, mean, S, F, A, B, w, told):
 @kernel
 def absorb(task, row, C, T, d, y, unit, g, mean, S, F, A, B, w, told, parts, scores, x):
     """Let a row that is at the time of a plot learn from it; return the status of one where a pole was held."""
+    judging.watch(task, row, C, T, y, unit, w, mean, S)
     judging.judge(task, row, C, T, y, unit, w, mean, S, scores)
     if row[bank.SEEN] >= 2.0:
         learning.learn_tails(task, row, C, y, parts)
@@ -206,9 +207,9 @@ def advance(task, row, t, y, R, out, kept):
         judging.weigh(ahead, C, mean, w)
         if not waits:
             ahead[bank.TIME] = t
-            if ahead[bank.ALERT] == 0.0 and ahead[bank.MANOEUVRE] > TOLD_ABOVE:
+            if ahead[bank.ALERT] == 0.0 and ahead[bank.LEAD] > TOLD_ABOVE:
                 ahead[bank.ALERT] = onset = 1.0
-            elif ahead[bank.MANOEUVRE] < OVER_BELOW:
+            elif ahead[bank.LEAD] < OVER_BELOW:
                 ahead[bank.ALERT] = 0.0
             copy(ahead, row)
     else:
