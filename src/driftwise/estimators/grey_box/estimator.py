@@ -303,7 +303,7 @@ class GreyBox(Observer):
         if modes > 1:
             one, other = (to_units(self.formulas.free, state[name])[0] for name in ("fitted", "other"))
             said = [", ".join(f"{n} = {v:.3g}" for n, v in zip(self.names, values)) for values in (one, other)]
-            samples = f"{int(state['begun'])} samples"
+            samples = f"{int(state['fitted_of'])} samples"
             found.append(modes_words(modes, samples, said, math.exp(-float(state["other_loglik"]))))
         return found
 

@@ -205,6 +205,8 @@ class Jumping:
         of_each = weights.sum(axis=1)
         since = state["kept"] - taus[int(np.argmax(weights.sum(axis=0)))]
         state["is_new"], state["kept"] = 1.0, 0.0
+        if est.starting is not None:
+            est.starting.end(state)
         state["status"] = int(state["status"]) | JUMP
         out[3 * p : 4 * p] = out[3 * p : 4 * p].astype(int) | JUMP
         if len(out) > 4 * p:

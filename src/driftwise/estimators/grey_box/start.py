@@ -18,6 +18,7 @@ from ...engine.status import BAD_VALUE, LOST, MISSING_OUTPUT, NOT_READY, NOT_STA
 from ...results.snapshot import register
 from ..common.given_state import COUNT, SCORE
 
+LONGER, NARROW = 4, 0.1  # times the samples, where some parameter's deviation is not below this
 LEAST, EACH = 128, 32  # samples of a start: at least, and for each unknown
 CANDIDATES, CLIMBS, TURNS = 24, 3, 30  # of the prior; the best of them, and steps from each
 ASIDE, MET = 1.0, 0.02  # deviations of the prior between points to climb from, and between climbs that are one
@@ -31,6 +32,9 @@ ALIKE, NEAR = 3.0, 3.0  # another mode: deviations apart, log likelihood within
 @register
 class BatchStart(NamedTuple):
     """Fit the first samples at once, and let the filter go on from there.
+
+    Where a parameter is then known to no better than a tenth, twice and four times as many are fitted as well, if
+    parameters are constant: the filter goes by slopes where the estimate is, and that is not near enough yet.
 
     ``samples``: how many are kept, from the first measured one on; 32 for each unknown, at least 128, if None. A
     quarter of them are fitted when they are there, then half, then all (status STARTED; NOT_STARTED: no fit found).
@@ -78,10 +82,13 @@ class Starting:
         unknowns = est.model.N + (0 if est.knows_noise else est.model.outputs)
         self.est = est
         self.samples = max(LEAST, EACH * unknowns) if start.samples is None else start.samples
-        self.tries = sorted({max(self.samples // 4, 4), max(self.samples // 2, 4), self.samples})
+        self.most = self.samples * (LONGER if est.is_constant else 1)
+        steps = [self.samples // 4, self.samples // 2, self.samples, 2 * self.samples, self.most]
+        self.tries = sorted({min(max(step, 4), self.most) for step in steps})
         p, k = est.model.outputs, est.model.inputs
         self.fields = [
-            ("begun", "f8"), ("first_y", "f8", (self.samples, p)), ("first_u", "f8", (self.samples, k + 1))
+            ("begun", "f8"), ("fitted_of", "f8"),
+            ("first_y", "f8", (self.most, p)), ("first_u", "f8", (self.most, k + 1)),
         ]  # fmt: skip
 
     def wrap(self, drive):
@@ -90,7 +97,7 @@ class Starting:
 
         def run(rows, ys, us, outs, spec, scratch):
             states = rows.view(self.est.dtype)[:, 0]
-            if np.all(states["begun"] >= self.samples):
+            if np.all(states["begun"] >= self.most):
                 return drive(rows, ys, us, outs, spec, scratch)
             T = ys.shape[1]
             for i, state in enumerate(states):
@@ -99,7 +106,7 @@ class Starting:
                     end = min(at + self._left(state, ys[i, at:]), T)
                     part = slice(at, end)
                     drive(rows[one], ys[one, part], us[one, part], outs[one, part], spec, scratch)
-                    if state["begun"] < self.samples:
+                    if state["begun"] < self.most:
                         self._keep(state, ys[i, part], us[i, part], outs[i, part, 3 * p : 4 * p].astype(int))
                         self._mark(state, outs[i, part, 3 * p : 4 * p])
                         if state["begun"] in self.tries and at < end:
@@ -112,7 +119,7 @@ class Starting:
     def _left(self, state, y) -> int:
         """Return how many of these samples there are until the next fit."""
         begun = int(state["begun"])
-        if begun >= self.samples:
+        if begun >= self.most:
             return len(y)
         first = 0 if begun else int(np.argmax(np.append(np.isfinite(y).any(axis=1), True)))
         return first + next(n for n in self.tries if n > begun) - begun
@@ -145,17 +152,29 @@ class Starting:
         est, begun, p = self.est, int(state["begun"]), self.est.model.outputs
         y, u = np.array(state["first_y"][:begun]), np.array(state["first_u"][:begun])
         batch = Batch(est, np.where(y == MISSING, np.nan, y), np.where(u == MISSING, np.nan, u))
-        if begun == self.samples:
-            state["first_y"], state["first_u"] = 0.0, 0.0
         fits = batch.fits(np.array(state["fitted"]))
         if fits:
             self._install(state, fits, batch)
+            state["fitted_of"] = begun
             first, N = est.n_columns, est.model.N
             out[first : first + N] = est.mean(state)[: len(out) - first]
             out[first + N :] = np.sqrt(np.diag(est.covariance(state)))[: len(out) - first - N]
+        is_known = bool(fits) and np.all(self._widths(state) < NARROW)
+        if begun == self.most or (begun >= self.samples and is_known):
+            self.end(state)
         status = STARTED if fits else NOT_STARTED
         state["status"] += status
         out[3 * p : 4 * p] += status
+
+    def end(self, state) -> None:
+        """Let there be no more fits."""
+        state["begun"], state["first_y"], state["first_u"] = self.most, 0.0, 0.0
+
+    def _widths(self, state) -> np.ndarray:
+        """Return the deviations of the parameters that are estimated on a scale which bends."""
+        est = self.est
+        std = np.sqrt(np.diag(est.covariance(state)))[est.model.n :]
+        return std[[one.kind != "linear" for one in est.formulas.free]]
 
     def _install(self, state, fits, batch) -> None:
         """Write the best fit into a state: the Gaussian about it, and what is to be said of others."""

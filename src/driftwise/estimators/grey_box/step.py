@@ -60,7 +60,7 @@ from .transition import is_number, step_plant
 
 BENDS = 0.5  # of one deviation of a parameter what a record bends over it, from which bars are not believed
 TURNS = 3  # how often formulas are taken anew where an output is taken in, if they bend
-FAR, STEEP, LONG = 4.0, 6.0, 50.0  # deviations from the prior, or on the logistic scale, that are its edge; samples
+FAR, STEEP, LONG = 4.0, 4.0, 50.0  # deviations from the prior, or on the logistic scale, that are its edge; samples
 
 
 @kernel
