@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import fields
+from pathlib import Path
 
 from driftwise.cli.automatic import AutomaticJob
 from driftwise.cli.estimate import EstimateJob
@@ -10,7 +11,7 @@ from driftwise.cli.grey_box import GreyBoxJob
 from driftwise.cli.observe import ObserveJob
 from driftwise.cli.own_matrices import MatricesJob
 from driftwise.cli.run_options import RunOptions
-from driftwise.models.formulas import is_formulas
+from driftwise.models.formulas import library
 
 
 class RunJob(RunOptions):
@@ -32,12 +33,19 @@ class RunJob(RunOptions):
     def run(self) -> None:
         """Run the job that the options ask for."""
         if self.plant is not None:
-            from driftwise.tables.matricesfile import is_matrices
-
-            kind: type[RunOptions] = MatricesJob if is_matrices(self.plant) else ObserveJob
-            kind = GreyBoxJob if is_formulas(self.plant) else kind
+            kind: type[RunOptions] = _plant_job(self.plant)
         elif self.model == "auto" or not self.changed:
             kind = AutomaticJob
         else:
             kind = EstimateJob
         kind(**{field.name: getattr(self, field.name) for field in fields(self)}).run()
+
+
+def _plant_job(plant: str) -> type[RunOptions]:
+    """Return the job of a plant: formulas, of the library too; the user's own matrices; or one that is known."""
+    from driftwise.tables.plantfile import sections
+
+    path = Path(plant)
+    is_no_file = path.suffix == "" and not path.exists()  # a name of the library, or meant to be one
+    found = {"formulas"} if plant in library() or is_no_file else sections(plant)
+    return GreyBoxJob if "formulas" in found else MatricesJob if "matrices" in found else ObserveJob

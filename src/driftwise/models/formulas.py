@@ -279,16 +279,6 @@ def read(plant: Any) -> Formulas:
     return plant
 
 
-def is_formulas(plant: str) -> bool:
-    """Say whether a text on the command line names a plant in formulas: of the library, or a file that has them."""
-    if plant in library():
-        return True
-    try:
-        return "formulas" in tomllib.loads(Path(plant).read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError):
-        return Path(plant).suffix == "" and not Path(plant).exists()
-
-
 def library() -> list[str]:
     """Return the names of the plants that come with the package."""
     return sorted(path.stem for path in PLANTS.glob("*.toml"))

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
-from pathlib import Path
 from typing import Any
 
 from driftwise import models
@@ -28,14 +26,6 @@ gate = 4.0                       # outliers beyond so many deviations count as m
 """
 MATRICES = ("F", "G", "H", "D", "Q", "R", "x0", "P0")
 ENTRIES = (*MATRICES, "states", "continuous", "tune", "scale", "gate")
-
-
-def is_matrices(path: str) -> bool:
-    """Say whether a file has matrices of the user's own."""
-    try:
-        return "matrices" in tomllib.loads(Path(path).read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError):  # whoever reads it as a plant says what is wrong
-        return False
 
 
 def read(path: str) -> tuple[dict[str, Any], list[str]]:

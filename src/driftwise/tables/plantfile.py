@@ -52,6 +52,14 @@ def loaded(path: str, example: str) -> dict[str, Any]:
         raise CommandError(f"--plant {path} is not a TOML file: {error}. A file begins like this:\n{example}") from None
 
 
+def sections(path: str) -> set[str]:
+    """Return the names of what a TOML file holds; none of one that is none, which whoever reads it says."""
+    try:
+        return set(loaded(path, ""))
+    except CommandError:
+        return set()
+
+
 def read(path: str, outputs: list[str], inputs: list[str]) -> tuple[Any, list[int]]:
     """Return the options of a `WindowObserver`, and the numbers of the disturbances whose walk is to be tuned."""
     found = loaded(path, EXAMPLE)

@@ -97,7 +97,7 @@ PLANTS = {
         lambda x, u, p: [x[0]],
         lambda rng, p: [(-5.0, 10.0), (0.0, between(rng, 10.0, 40.0) / (p["Ri"] + p["Re"]))],
     ),
-    "heat_exchanger": Plant(
+    "exchanger": Plant(
         {"UA": 2000.0, "Ch": 40000.0, "Cc": 40000.0},
         ((50.0, 10.0), (30.0, 10.0)),
         exchanged,

@@ -18,7 +18,7 @@ inlets = np.repeat(rng.uniform([70, 10], [85, 15], (6, 2)), 100, axis=0)
 u = np.hstack([flows, inlets])
 truth = {"UA": 1450.0, "Ch": 31000.0, "Cc": 52000.0}
 
-est = dw.GreyBox("heat_exchanger", dt=1.0)
+est = dw.GreyBox("exchanger", dt=1.0)
 y = est.simulate(u, truth, noise=[0.1, 0.1], seed=1)
 trace = est.scan(y, u)
 
