@@ -59,7 +59,8 @@ from .transform import LOGISTIC, in_units
 from .transition import is_number, step_plant
 
 BENDS = 0.5  # of one deviation of a parameter what a record bends over it, from which bars are not believed
-TURNS = 3  # how often formulas are taken anew where an output is taken in, if they bend
+TURNS = 6  # how often formulas are taken anew where an output is taken in, if they bend
+FAR_OFF = 9.0  # squared deviations of a surprise that moves logarithms beyond where they are straight
 FAR, STEEP, LONG = 4.0, 4.0, 50.0  # deviations from the prior, or on the logistic scale, that are its edge; samples
 
 
@@ -260,7 +261,7 @@ def correct(form, plant, memory, gate, scale, detector, s, state, scratch, y, ou
         if not is_believed:
             out[t, 3 * p + i] = REJECTED
             continue
-        if is_bent and p == 1:
+        if p == 1 and (is_bent or e * e > FAR_OFF * s2 * predicted_variance(scratch.f, state.D, 1.0)):
             e = take_formulas_anew(form, plant, s, state, scratch, y[t, i], i)
         if form.slopes > 0.0:
             separate(state.U, scratch.f, room_of(form, scratch))
