@@ -41,9 +41,9 @@ class Found(NamedTuple):
 
 
 @lru_cache
-def estimator(name: str, memory: str):
-    """Return the estimator, with its defaults but for the memory."""
-    return dw.GreyBox(name, memory=getattr(dw, memory)()) if memory else dw.GreyBox(name)
+def estimator(name: str, jumps: str):
+    """Return the estimator, with its defaults, and looking for jumps or not."""
+    return dw.GreyBox(name, jumps=jumps or None)
 
 
 def one(task: tuple[int, str, int]) -> Found:
@@ -56,8 +56,8 @@ def one(task: tuple[int, str, int]) -> Found:
     eta = np.asarray(state["theta"])
     bars = np.sqrt(np.diag(est.covariance(state)))[-len(eta) :]
     bound, fit = batch.bound(noise), batch.fit([true])
-    before = scan(drawn, y, "AutoMemory", slice(drawn.at))
-    after = [scan(drawn, one, "AutoMemory", slice(drawn.at, None), before.state).jumps() for one in (y, jumped)]
+    before = scan(drawn, y, "fit", slice(drawn.at))
+    after = [scan(drawn, one, "fit", slice(drawn.at, None), before.state).jumps() for one in (y, jumped)]
     quiet, events = (before.jumps() + [later(e, drawn.at) for e in some] for some in after)
     mine = [e for e in events if e.sample >= drawn.at]
     named = [e for e in mine if e.parameter == drawn.names[drawn.which]]
@@ -70,10 +70,10 @@ def one(task: tuple[int, str, int]) -> Found:
     )  # fmt: skip
 
 
-def scan(drawn: Drawn, y, memory: str, part=slice(None), state=None):
+def scan(drawn: Drawn, y, jumps: str, part=slice(None), state=None):
     """Return the trace of a part of a record, from a state."""
     y = (y if y.shape[1] > 1 else y[:, 0])[part]
-    return estimator(drawn.name, memory).scan(y, drawn.u[part], time=drawn.t[part], state=state)
+    return estimator(drawn.name, jumps).scan(y, drawn.u[part], time=drawn.t[part], state=state)
 
 
 def later(event, by: int):
