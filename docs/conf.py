@@ -68,7 +68,8 @@ sphinx_gallery_conf = {
     "filename_pattern": r"[/\\]plot_",
     "ignore_pattern": r"(^|[/\\])(?!plot_)\w+\.py$",
     "subsection_order": [
-        f"../examples/gallery/{name}" for name in ("jobs", "plants", "estimators", "memories", "detectors")
+        *(f"../examples/gallery/{name}" for name in ("jobs", "plants", "estimators", "memories", "detectors")),
+        "*",
     ],
     "within_subsection_order": "FileNameSortKey",
     "nested_sections": False,

@@ -1,5 +1,6 @@
 """The site: every page is found from the start page once, broken links are seen, formulas are drawn."""
 
+import os
 import subprocess
 import sys
 from collections import Counter
@@ -7,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from scripts import check_site, reference
+from scripts import changelog, check_site, reference
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
@@ -87,3 +88,23 @@ def test_the_site_builds_without_a_warning_and_its_links_hold(tmp_path):
     assert done.returncode == 0, done.stderr[-3000:]
     broken, _ = check_site.check(tmp_path / "site")
     assert not broken, broken[:20]
+
+
+def test_fragments_are_gathered_by_kind(tmp_path, monkeypatch):
+    monkeypatch.setattr(changelog, "FRAGMENTS", tmp_path)
+    monkeypatch.setattr(changelog, "PAGE", tmp_path / "out" / "CHANGELOG.md")
+    (tmp_path / "out").mkdir()
+    for name, text in {"a.added.md": "One.\nMore.", "b.fixed.md": "Two.", "README.md": "no"}.items():
+        (tmp_path / name).write_text(text)
+    assert changelog.main() == 0 and changelog.main("1.0") == 0
+    said = changelog.PAGE.read_text()
+    assert "Unreleased" not in said and said.index("## 1.0") < said.index("* One.\n  More.") < said.index("* Two.")
+    assert [path.name for path in tmp_path.glob("*.md")] == ["README.md"]
+    (tmp_path / "c.odd.md").write_text("?")
+    assert changelog.main() == 1
+
+
+def test_completion_knows_the_commands():
+    env = {**os.environ, "_DRIFTWISE_COMPLETE": "complete_bash", "COMP_WORDS": "driftwise tr", "COMP_CWORD": "1"}
+    done = subprocess.run([sys.executable, "-m", "driftwise"], env=env, capture_output=True, text=True, timeout=60)
+    assert done.stdout.split() == ["track"]

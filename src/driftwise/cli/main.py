@@ -29,7 +29,7 @@ app = typer.Typer(
     name="driftwise",
     help="State and parameters of a linear system that may drift, sample by sample, with honest error bars.",
     no_args_is_help=True,
-    add_completion=False,
+    add_completion=True,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
@@ -109,7 +109,7 @@ def main() -> None:
     """Run the command line: exit code 0 when done, 1 for data of no use, 2 for a wrong command, 3 for a question."""
     code = 0
     try:
-        code = app(standalone_mode=False) or 0
+        code = app(prog_name="driftwise", standalone_mode=False) or 0
         if code == STOPPED:  # by Ctrl-C before a job had begun
             raise Stopped(STOPPED)
     except InputError as error:
