@@ -84,3 +84,17 @@ def test_other_files_hold_what_was_smoothed(walked, tmp_path):
     np.testing.assert_allclose(table["east"].to_numpy(), smooth[0].trace.position[:, 0], rtol=1e-12)
     np.testing.assert_allclose(table["vertical_rate"].to_numpy(), smooth[0].vertical.velocity[:, 0], rtol=1e-12)
     assert all(path.stat().st_size > 1000 for path in paths)
+
+
+@pytest.mark.parametrize("step", [7.62, 30.48])
+def test_the_vertical_rate_of_rounded_pressure_altitudes_lies_in_its_bands(step):
+    """Level, climbing at 10 m/s, sinking at 8 m/s; altitudes come in steps of 25 or 100 feet."""
+    rng, time = np.random.default_rng(0), 4.0 * np.arange(200)
+    rate = np.where((time > 200) & (time < 400), 10.0, np.where(time > 600, -8.0, 0.0))
+    height = 3000 + 4.0 * np.cumsum(rate) + 3 * rng.standard_normal(200)
+    position = np.stack([200 * time, 50 * time], axis=1) + 30 * rng.standard_normal((200, 2))
+    (track,) = dw.track(plots(time, position, altitude=step * np.round(height / step), key="4BAA5F"))
+    for one, most in ((track, 1.6), (track.smoothed(), 1.0)):
+        e = one.vertical.velocity[5:, 0] - rate[5:]
+        assert np.sqrt(np.mean(e**2)) < most
+        assert np.mean(np.abs(e) <= 1.96 * one.vertical.velocity_sd[5:, 0]) > 0.93
