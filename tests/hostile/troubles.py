@@ -9,6 +9,7 @@ import resource
 import shutil
 import signal
 import subprocess
+import sys
 import tempfile
 from collections.abc import Callable
 from contextlib import contextmanager
@@ -60,6 +61,7 @@ def a_reader_that_goes(case, rng):
         there, here = os.pipe()
         os.close(there)
         os.dup2(here, 1)
+        sys.stdout = open(1, "w")  # as Python does that finds a pipe there
 
     case.options = {"prepare": prepare, "is_fresh": bool(rng.random() < 0.5)}
     case.codes, case.is_silent = CODES | {-signal.SIGPIPE, 128 + signal.SIGPIPE}, True
