@@ -7,9 +7,9 @@ gain and closed-loop poles. **How sure**: two hundred plants drawn from the post
 **Others**: a design for the estimate alone says nothing of that.
 """
 
-import control
 import matplotlib.pyplot as plt
 import numpy as np
+from scipy.linalg import solve_discrete_are
 
 import driftwise as dw
 
@@ -24,7 +24,8 @@ def matrices(values):
 
 
 A, B = matrices(model.values)
-K, *_ = control.dlqr(A, B, np.diag([1.0, 0.0]), [[1.0]])
+P = solve_discrete_are(A, B, np.diag([1.0, 0.0]), np.eye(1))
+K = np.linalg.solve(np.eye(1) + B.T @ P @ B, B.T @ P @ A)
 print(f"gain {K.round(3).tolist()}, poles {np.linalg.eigvals(A - B @ K).round(3).tolist()}")
 
 drawn = np.random.default_rng(0).multivariate_normal(model.values, model.covariance, 200)

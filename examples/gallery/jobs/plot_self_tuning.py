@@ -5,6 +5,8 @@ A controller that tunes itself
 A loop that must hold its set point while the plant's gain jumps sixfold. **The answer**: a controller that designs
 itself anew from what is known at each moment. **How sure**: it is cautious where the model is not known. **Others**:
 a controller designed for the plant before swings between its limits.
+
+It needs python-control: ``pip install '.[control]'``.
 """
 
 import control
