@@ -32,6 +32,19 @@ def flights(objects, T, seed=1):
     )  # fmt: skip
 
 
+def test_a_moored_boat_does_not_turn():
+    """Errors of a place turn a course as far as one likes; what moves and turns is told."""
+    rng, t = np.random.default_rng(4), 1.7e9 + 10.0 * np.arange(200)
+    swing = np.cumsum(0.05 * rng.standard_normal((200, 2)), axis=0)
+    moored = 0.5 * np.round((swing + 0.5 * rng.standard_normal((200, 2))) / 0.5)
+    found = track_report.rows(dw.track(plots(t, moored, key="MOORED"), "boat"))
+    assert len(found) == 1 and not found[0].turns
+    course = np.radians(3) * np.clip(t - t[80], 0, 60)
+    path = np.cumsum(60.0 * np.stack([np.sin(course), np.cos(course)], axis=1), axis=0)
+    found = track_report.rows(dw.track(plots(t, path + 3 * rng.standard_normal(path.shape), key="UNDER WAY"), "boat"))
+    assert len(found[0].turns) == 1 and 150 < found[0].turns[0].angle < 210
+
+
 @pytest.fixture(scope="module")
 def tracks():
     return dw.track(flights(4, 80))

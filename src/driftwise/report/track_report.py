@@ -10,7 +10,8 @@ from typing import Any, NamedTuple
 from driftwise.results.numbers import count_of, fixed, instant, lasting, number, often
 
 DATED = 1e8  # s: times beyond are Unix times
-SLOW = 0.1  # of the median speed of a track: below, it stands
+SLOW = 0.1  # of the median speed of a track: below, it stands ..
+STANDS, SURE = 0.5, 3.0  # .. and below this speed, m/s, or so many of its deviations
 COURSE = 15.0  # degrees: a course of a larger deviation is not known
 TURNED = 30.0  # degrees from which a change of course is called a turn
 PACE = 10.0  # degrees in a window
@@ -120,7 +121,8 @@ def _turns(trace) -> tuple[Turn, ...]:
 
     course = trace.course
     speed = trace.speed
-    moves = speed > SLOW * np.nanmedian(speed)  # at rest, noise turns the course
+    least = max(SLOW * np.nanmedian(speed), STANDS)
+    moves = (speed > least) & (speed > SURE * trace.speed_sd)  # at rest, noise turns the course
     known = np.flatnonzero(moves & (trace.course_sd < COURSE))
     if len(known) < 3:
         return ()

@@ -1,0 +1,105 @@
+"""The second set of tracks: recordings on which tracks, bands or words were wrong the first time they were met.
+
+Run: python -m driftwise_studies.score.second_tracks    (DRIFTWISE_DATA names the folder of recordings)
+"""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+import driftwise as dw
+from driftwise.tracking.frames import east_north
+
+from ..papers import fixed_filters as filters
+from ..papers.recordings import MARINE, Kind, folder, series
+from . import records
+from .board import _scored
+from .ours import tracked
+from .tracks import frames, reports
+
+AIS = "SolentAIS_even.csv"
+LONG = 30  # plots of a track that is judged alone
+RESTS = 0.01  # m: the best fixed filter errs by less where nothing moves, and no ratio says anything
+
+
+def ships(where: Path):
+    """Yield the ships of a recording of AIS, positions that repeat themselves included."""
+    table = records.columns(where / "autoferry" / AIS)
+    time = np.array(table["Time"], "datetime64[ms]").astype(float) / 1e3
+    who = np.array(table["MMSI"])
+    place = np.stack([np.array(table[f"L{name}itude_degrees"], float) for name in ("at", "ong")], axis=1)
+    for ship in np.unique(who):
+        rows = np.flatnonzero(who == ship)
+        rows = rows[np.argsort(time[rows], kind="stable")]
+        rows = rows[np.concatenate([[True], np.diff(time[rows]) > 0.5])]
+        if len(rows) >= LONG:
+            yield str(ship), time[rows], east_north(*place[rows].T)
+
+
+SETS = {
+    "marine radar, scenarios 17 and 22": MARINE,
+    "calibration flight 5 s": Kind(reports("calibration__munich*"), 400, 30, 250),
+    "landing, ADS-B raw 0.5 s": Kind(frames(), 400, 60, 250),
+    "landing, ADS-B raw at 4 s": Kind(frames(4.0), 400, 60, 250),
+    "ships, AIS": Kind(ships, 40, LONG, 8),
+}
+
+
+def row(name: str, where: Path) -> list[str]:
+    """Return how the series of a set are followed beside the fixed filter that is best in hindsight."""
+    kind = SETS[name]
+    found = series(kind, where)
+    fixed = []
+    for method in filters.STARTS:
+        logs = filters.tuned(method, found, kind.v0, kind.a0)
+        fixed.append([_scored(s, *filters.forecast(method, logs, s, kind.v0, kind.a0)) for s in found])
+    best = min((np.array(rows).T for rows in fixed), key=lambda t: np.mean(np.log(t[0])))
+    mine = [m for pair in zip(found[::2], found[1::2]) for m in tracked(*pair, kind.v0)]
+    ours = np.array([_scored(s, m.prediction, m.variance, m.inside, m.log_score) for s, m in zip(found, mine)]).T
+    ratio = (ours[0] / best[0])[best[0] > RESTS]
+    return [
+        name, f"{len(ratio)} of {len(found)}", f"{np.median(ratio):.3f}", f"{ratio.max():.2f}",
+        f"{np.sum(ratio <= 1.1)}", f"{np.sum(ratio > 1.25)}", f"{np.median(ours[1]):.2f}", f"{ours[1].max():.2f}",
+        f"{np.median(ours[2]):.1f}",
+    ]  # fmt: skip
+
+
+def whole(where: Path) -> list[str]:
+    """Return what a tracker makes of the files as they are."""
+    lines = []
+    for name, speed in (
+        (AIS, "boat"),
+        ("full_flight_short.lines45794-57793.jsonl", "aircraft"),
+        ("calibration__munich.json.gz", "aircraft"),
+    ):
+        tracks = dw.track(where / name, speed)
+        keys = [t.key for t in tracks]
+        nis = np.array([np.nanmean(t.trace.nis[3:]) for t in tracks if len(t) >= LONG])
+        leaps = sum(int(np.sum(np.abs(np.diff(t.trace.speed)) > 20)) for t in tracks)
+        lines.append(
+            f"{name}: {len(set(keys))} objects in {len(keys)} tracks, NIS above 3 on {np.sum(nis > 3)} of {len(nis)} "
+            f"(largest {nis.max():.2f}), {sum(int(t.trace.onset.sum()) for t in tracks)} onsets in "
+            f"{sum(map(len, tracks))} plots, {leaps} leaps of the speed by 20 m/s"
+        )
+    return lines
+
+
+def main() -> None:
+    """Print the table and what the tracker makes of the files."""
+    here = folder() / "second"
+    head = ["", "series", "ratio", "largest", "<= 1.10", "> 1.25", "NIS", "largest", "in 95 %"]
+    print("| " + " | ".join(head) + " |\n|" + "---|" * len(head))
+    with tempfile.TemporaryDirectory() as there:  # the readers of the first set look into a folder of each kind
+        for kind in ("autoferry", "adsb_tracks", "modes_raw"):
+            os.symlink(here, Path(there) / kind)
+        for name in SETS:
+            print("| " + " | ".join(row(name, Path(there))) + " |", flush=True)
+    print("\n" + "\n".join(whole(here)))
+
+
+if __name__ == "__main__":
+    main()
