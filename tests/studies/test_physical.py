@@ -49,7 +49,7 @@ def test_a_batch_fit_finds_a_simulated_plant_within_its_bars():
 @pytest.mark.slow
 @pytest.mark.parametrize("file", physical.TASKS)
 def test_what_is_met_on_recordings(file):
-    """Missed, and known: the bars of the carriage's frictions, as those of the batch fit are; end values of the cell."""
+    """Missed, and known: bars of the carriage's frictions, as those of the batch fit are; end values of the cell."""
     if not (FOLDER / file).exists():
         pytest.skip(f"{FOLDER / file} is not there; set DRIFTWISE_DATA to the folder of recordings")
     missed = {"carriage: bar of Fv", "carriage: bar of Fc", "cell: ours (batch)"}
