@@ -82,13 +82,18 @@ print(
 # A picture: the gains of all pumps, as the table of results has them.
 
 final = parquet.read_table(folder / "results" / "final.parquet").to_pydict()
-gain = np.array(final["b1"])
+gain = np.array(final["b1"], float)
 at = {key: place for place, key in enumerate(final["key"])}
 fig, ax = plt.subplots(figsize=(8, 4))
 ax.plot(gain, ".", ms=2, color="0.7", label="pumps")
 worn = [at[key] for key in named if key in at]
 ax.plot(worn, gain[worn], "x", color="C3", ms=5, label="need a look")
-ax.set(xlabel="pump", ylabel="gain b1", ylim=(-0.1, 0.6), title="Two thousand pumps; those that need a look are few")
+ax.set(
+    xlabel="pump",
+    ylabel="gain b1",
+    ylim=np.nanquantile(gain, (0.001, 0.999)),
+    title="Two thousand pumps; those that need a look are few",
+)
 ax.legend()
 
 # %%

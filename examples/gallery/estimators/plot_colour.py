@@ -21,7 +21,7 @@ estimators = {
     "OE": dw.OE(1, 1),
     "BJ": dw.BJ(1, 1, 1, 1),
 }
-fig, ax = plt.subplots(figsize=(8, 3.5))
+fig, ax = plt.subplots(figsize=(8, 3.5), layout="constrained")
 for row, (name, est) in enumerate(estimators.items()):
     trace = est.scan(y, u)
     at = next(i for i, each in enumerate(trace.names) if each in ("a1", "f1"))
