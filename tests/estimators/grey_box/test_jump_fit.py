@@ -58,6 +58,12 @@ def test_without_a_jump_nothing_is_told_and_the_filter_is_the_same():
     assert trace.jumps() == [] and same(trace.table, plain.table)
 
 
+def test_what_the_start_has_not_fitted_yet_is_no_jump():
+    """Far off from what is believed, the filter of the prior alone would see one before the first fit."""
+    est = dw.GreyBox(CELL.replace("noise = 1e-3", "noise = 1e-4"), jumps="fit")
+    assert est.scan(est.simulate(U, {"R0": 0.045, "R1": 0.08, "C1": 300.0}, seed=1), U).jumps() == []
+
+
 def test_every_way_of_feeding_samples_finds_the_same_jump():
     est, y = dw.GreyBox(CELL, jumps=JumpFit(0.3)), record("R0")
     y[[250, 310]] = np.nan

@@ -85,11 +85,15 @@ class Jumping:
             part = slice(at, min(at + EVERY - kept % EVERY, len(y)))
             drive(row, y[None, part], u[None, part], out[None, part], spec, scratch)
             self._keep(state, y[part], u[part], out[part, 3 * p : 4 * p].astype(int))
-            if state["kept"] % EVERY == 0:
+            if state["kept"] % EVERY == 0 and self._is_started(state):
                 self._weigh(state, out[part.stop - 1])
             if state["kept"] >= KEPT:
                 self._shift(state)
             at = part.stop
+
+    def _is_started(self, state) -> bool:
+        """Say whether the samples of a start have been fitted, all of them: before, anything looks like a jump."""
+        return self.est.starting is None or state["begun"] >= self.est.starting.samples
 
     def _note(self, state) -> np.ndarray:
         names = ("x", "theta", "D", "U", "held", "noise")
