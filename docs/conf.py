@@ -46,6 +46,7 @@ html_title = "driftwise"
 html_favicon = "_static/mark.svg"
 html_show_sourcelink = False
 html_copy_source = False
+html_show_search_summary = False  # it fetches pages, which browsers refuse a site without a server
 html_math_renderer = "mathml"
 html_theme_options = {
     "logo": {"text": "driftwise", "image_light": "_static/mark.svg", "image_dark": "_static/mark.svg"},

@@ -30,6 +30,8 @@ class Names(SphinxTransform):
         page = self.env.docname
         for node in list(self.document.findall(nodes.literal)):
             path = path_of(node.astext(), page)
+            if isinstance(node.parent, addnodes.pending_xref) and path and node.parent["reftype"] == "obj":
+                node.parent["reftarget"] = path  # written in single backticks
             if path is None or isinstance(node.parent, (nodes.reference, addnodes.pending_xref, nodes.title)):
                 continue
             to = addnodes.pending_xref("", reftype="obj", refdomain="py", reftarget=path, refwarn=True)
