@@ -1,6 +1,7 @@
 """What several test files use."""
 
 import os
+import signal
 import sys
 
 # Workers fill the cores: more threads inside a small matrix product only wait for each other.
@@ -9,6 +10,9 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import pytest
 
 from driftwise.cli import main as cli
+
+if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:  # begun in the background: no program tried here would hear it
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def pytest_runtest_setup(item):
