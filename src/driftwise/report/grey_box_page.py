@@ -5,13 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 from driftwise.report import plots
-from driftwise.report.axes import Timeline
 from driftwise.report.figure import LINES
-from driftwise.report.marks import marks
-from driftwise.report.observer_page import OUTPUTS_SHOWN, cards, innovations, outputs
+from driftwise.report.observer_page import cards, innovations, outputs, shown
 from driftwise.report.page import Page, Panel, named, stack, table
 from driftwise.report.panels import event_panel
-from driftwise.report.run_page import named_axes
 from driftwise.results.numbers import grouped, number, plus_minus
 
 
@@ -28,12 +25,8 @@ def write(trace, path, summary=None, title=None, labels=None, events=None) -> Pa
         second 0, for an axis of dates
     events : list of Event of the whole run; taken from the trace if omitted
     """
-    est, form = trace.estimator, trace.estimator.model
-    usual = {"outputs": form.output_names, "inputs": form.input_names}
-    summary, events, labels = named_axes(trace, summary, events, usual, labels)
-    each = trace.outputs[:OUTPUTS_SHOWN]
-    line = Timeline(trace.time, labels["time"], labels.get("origin"), getattr(trace, "rows", None))
-    found = marks(events)
+    est = trace.estimator
+    summary, events, labels, each, line, found = shown(trace, summary, events, labels)
     panels = [
         _parameters(trace, summary, line, found),
         outputs(trace, line, labels, events, each, found),

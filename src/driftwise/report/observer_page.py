@@ -31,12 +31,7 @@ def write(trace, path, summary=None, title=None, labels=None, events=None) -> Pa
         second 0, for an axis of dates
     events : list of Event of the whole run; taken from the trace if omitted
     """
-    form = trace.estimator.model
-    usual = {"outputs": form.output_names, "inputs": form.input_names}
-    summary, events, labels = named_axes(trace, summary, events, usual, labels)
-    each = trace.outputs[:OUTPUTS_SHOWN]
-    line = Timeline(trace.time, labels["time"], labels.get("origin"), getattr(trace, "rows", None))
-    found = marks(events)
+    summary, events, labels, each, line, found = shown(trace, summary, events, labels)
     panels = [
         outputs(trace, line, labels, events, each, found),
         _estimates(trace, summary),
@@ -47,6 +42,15 @@ def write(trace, path, summary=None, title=None, labels=None, events=None) -> Pa
     ]
     title = title or "State and disturbances of a known plant"
     return Page(title, panels, summary.words, _facts(trace, summary), cards(summary)).write(path)
+
+
+def shown(trace, summary, events, labels):
+    """Return summary, events and labels, made where omitted; the outputs that are shown, the time axis, the marks."""
+    form = trace.estimator.model
+    usual = {"outputs": form.output_names, "inputs": form.input_names}
+    summary, events, labels = named_axes(trace, summary, events, usual, labels)
+    line = Timeline(trace.time, labels["time"], labels.get("origin"), getattr(trace, "rows", None))
+    return summary, events, labels, trace.outputs[:OUTPUTS_SHOWN], line, marks(events)
 
 
 def outputs(trace, line, labels, events, each, found) -> Panel:
