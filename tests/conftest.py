@@ -3,6 +3,7 @@
 import os
 import signal
 import sys
+from pathlib import Path
 
 # Workers fill the cores: more threads inside a small matrix product only wait for each other.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -10,6 +11,10 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import pytest
 
 from driftwise.cli import main as cli
+
+RECORDINGS = Path(__file__).parents[2] / "shared" / "data"  # beside the project, where nobody says another place
+if RECORDINGS.is_dir():
+    os.environ.setdefault("DRIFTWISE_DATA", str(RECORDINGS))
 
 if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:  # begun in the background: no program tried here would hear it
     signal.signal(signal.SIGINT, signal.default_int_handler)
