@@ -98,7 +98,8 @@ def fails(tests: list[str], copy: Path, patience: float | None = PATIENCE) -> tu
         return True, f"nothing after {patience:.0f} s"
     if done.returncode not in (0, 1):  # 2: not even collected, which an import that dies looks like, too
         return done.returncode == 2, done.stdout.strip().splitlines()[-1]
-    return done.returncode == 1, done.stdout.strip().splitlines()[-1]
+    lines = done.stdout.strip().splitlines()
+    return done.returncode == 1, next((line for line in lines if line.startswith("FAILED ")), lines[-1])
 
 
 def main() -> int:
@@ -116,7 +117,9 @@ def main() -> int:
         print(f"{len(mutants)} mutants, each line there once, every test there")
         return 0
     alive = []
-    with tempfile.TemporaryDirectory(prefix="mutants") as folder:
+    with tempfile.TemporaryDirectory(
+        prefix="mutants", ignore_cleanup_errors=True
+    ) as folder:  # a compiler may still write
         copy = Path(folder)
         shutil.copytree(ROOT / "src", copy / "src", ignore=shutil.ignore_patterns("__pycache__"))
         tests = options.tests or sorted({one.test for one in mutants})
