@@ -180,8 +180,9 @@ class RecordJob(Job):
 
     def named(self, column: str) -> str:
         """Return the name of a column with its unit."""
-        unit = self.record.source.units.get(column)
-        return f"{column} ({unit})" if unit else column
+        from driftwise.results.numbers import with_unit
+
+        return with_unit(column, self.record.source.units.get(column))
 
     def time_of(self, chunk, dt: float) -> Any:
         """Return the time of each row of a chunk: the time column, or rows times dt."""

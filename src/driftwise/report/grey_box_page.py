@@ -9,7 +9,7 @@ from driftwise.report.figure import LINES
 from driftwise.report.observer_page import cards, innovations, outputs, shown
 from driftwise.report.page import Page, Panel, named, stack, table
 from driftwise.report.panels import event_panel
-from driftwise.results.numbers import grouped, number, plus_minus
+from driftwise.results.numbers import grouped, number, plus_minus, with_unit
 
 
 def write(trace, path, summary=None, title=None, labels=None, events=None) -> Path:
@@ -50,7 +50,7 @@ def _parameters(trace, summary, line, found) -> Panel:
     ]  # fmt: skip
     head = ["", "value ± standard deviation", "within, with 95 %", "unit", "believed beforehand"]
     n = est.model.n
-    names = [f"{name} ({plant.units[name]})" if plant.units[name] else name for name in est.names]
+    names = [with_unit(name, plant.units[name]) for name in est.names]
     columns = names, trace.estimates[:, n:], trace.std[:, n:]
     figures = named("parameter", plots.panels(line, *columns, colors=[LINES[1]], marks=found))
     words = " ".join([plant.about, *summary.notes])
@@ -59,8 +59,7 @@ def _parameters(trace, summary, line, found) -> Panel:
 
 def _states(trace, line, found) -> Panel:
     n = trace.estimator.model.n
-    units = trace.estimator.formulas.units
-    names = [f"{name} ({units[name]})" if units[name] else name for name in trace.state_names]
+    names = [with_unit(name, trace.estimator.formulas.units[name]) for name in trace.state_names]
     columns = names, trace.estimates[:, :n], trace.std[:, :n]
     figures = named("state", plots.panels(line, *columns, colors=[LINES[0]], marks=found))
     return Panel("states", "State", "Two standard deviations either side.", tuple(stack(figures)))

@@ -135,6 +135,11 @@ def count_of(count: int, what: str) -> str:
     return f"{count} {what}{'' if count == 1 else 's'}"
 
 
+def with_unit(name: str, unit: str | None) -> str:
+    """Return a name, its unit behind it where it has one."""
+    return f"{name} ({unit})" if unit else name
+
+
 def often(count: int) -> str:
     """Return how often something happened: once, twice, 3 times."""
     return {1: "once", 2: "twice"}.get(count, f"{count} times")

@@ -8,10 +8,9 @@ from ...engine.dispatch import Size, Vector, kernel, open_scratch
 from ...engine.layout import Field, Layout, each, joined, numbers, policy
 from ..common.columns import SAMPLE
 from ..common.given_state import COUNTS, room_size
+from ..state_space.row import CHI2, HEAD, OBSERVED, READY, SAMPLES, SCORE, STATUS, TIME  # noqa: F401
 
-(
-    SAMPLES, OBSERVED, STATUS, CHI2, SCORE, TIME, READY, IS_NEW, EDGE, MODES, OTHER_LOGLIK
-) = range(11)  # of the head of a row  # fmt: skip
+IS_NEW, EDGE, MODES, OTHER_LOGLIK = range(len(HEAD), len(HEAD) + 4)  # of the head of a row, behind those it shares
 STATISTIC, SINCE, WHICH, DENSITY = range(4)  # behind the columns of the outputs
 
 
@@ -42,15 +41,9 @@ class GreyBoxForm(NamedTuple):
 
 
 GREY_BOX = Layout(
+    *HEAD,
     *numbers(
         "head",
-        samples="samples taken",
-        observed="outputs taken in",
-        status="bits of the last one",
-        chi2="sum of e^2/T over them",
-        score="sum of log p(y)",
-        time="of the last sample",
-        ready="1: there is an estimate",
         is_new="1: the memory is to begin with what is known now",
         edge="samples in a row with a parameter at the edge of its prior",
         modes="sets of parameters that explained the first samples as well",

@@ -40,17 +40,18 @@ class StateSpaceForm(NamedTuple):
     D0: Vector
 
 
+HEAD = numbers(
+    "head",
+    samples="samples taken",
+    observed="outputs taken in",
+    status="bits of the last one",
+    chi2="sum of e^2/T over them",
+    score="sum of log p(y)",
+    time="of the last sample",
+    ready="1: there is an estimate",
+)
 STATE_SPACE = Layout(
-    *numbers(
-        "head",
-        samples="samples taken",
-        observed="outputs taken in",
-        status="bits of the last one",
-        chi2="sum of e^2/T over them",
-        score="sum of log p(y)",
-        time="of the last sample",
-        ready="1: there is an estimate",
-    ),
+    *HEAD,
     Field("x", ("n",), "state, given all samples so far", trace="their names"),
     Field("D", ("n",), "its covariance U D U', relative to sigma^2: the diagonal"),
     Field("U", ("n * (n - 1) // 2",), "and the factor above it, column by column"),
