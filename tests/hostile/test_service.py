@@ -19,6 +19,9 @@ BROKE = {
     "a body of chunks that are none": (
         b"GET /api/series HTTP/1.1\r\nHost: localhost\r\nTransfer-Encoding: chunked\r\n\r\nno\r\n", False,
     ),
+    "the same, and only the head is asked for": (
+        b"HEAD /api/series HTTP/1.1\r\nHost: localhost\r\nTransfer-Encoding: chunked\r\n\r\nno\r\n", False,
+    ),
     "no HTTP at all": (b"\x16\x03\x01 hello\r\n\r\n", True),
     "no HTTP, when it was answered already": (b"GET /api/series" + CHUNKS, False, b"no\r\n\r\n"),
     "no HTTP, while events are told": (b"GET /stream" + CHUNKS, True, b"no\r\n\r\n"),

@@ -107,9 +107,9 @@ class _Protocol(H11Protocol):
 
     def send_400_response(self, msg: str) -> None:
         if self.conn.our_state in (h11.IDLE, h11.SEND_RESPONSE):
-            super().send_400_response(msg)
-        else:
-            self.transport.close()
+            with contextlib.suppress(h11.LocalProtocolError):  # an answer to HEAD has no words
+                return super().send_400_response(msg)
+        self.transport.close()
 
 
 class _Server(uvicorn.Server):
