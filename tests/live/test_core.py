@@ -145,3 +145,35 @@ def test_a_damaged_store_is_a_sentence(tmp_path, damage):
     path.write_bytes(data[: len(data) // 2] if damage == "half" else data if damage == "flipped" else damage)
     with pytest.raises(InputError, match=r"live\.sqlite cannot be read"):
         counted(tmp_path)
+
+
+def test_a_sender_whose_clock_is_ahead_loses_nothing_and_it_is_told(tmp_path):
+    """As if its clock were right from the first of its stamps on, through a kill, and where it is set right again."""
+    y, late = outputs(1, 120)[0], 5 * 3600.0
+    core = opened(tmp_path / "ahead")
+    said = []
+    for t, value in enumerate(y.tolist()):
+        if t == 60:
+            core.commit()
+            core.store.close()
+            core = opened(tmp_path / "ahead")
+        ahead = 0.0 if t >= 100 else late
+        text = json.dumps({"key": "s0", "time": NOW + t + ahead, "value": value})
+        said += core.take([Parcel(Lines("json").read(text.encode() + b"\n")[0], None)], NOW + t)
+    core.commit()
+    assert [event.sentence for event in said if event.kind == "clock"] == [
+        "its clock is 5 h ahead of the one here; so much is taken off its stamps"
+    ]
+    assert core.counters["refused"] == 0 and core.roster.groups[0].tally["late"].sum() == 0
+    np.testing.assert_array_equal(np.concatenate([rows[:, 1] for _, rows in core.history.recent]), NOW + np.arange(120))
+
+
+def test_a_file_that_is_played_faster_than_time_goes_keeps_its_stamps(tmp_path):
+    core = opened(tmp_path)
+    for t, value in enumerate(outputs(1, 100)[0].tolist()):
+        text = json.dumps({"key": "s0", "time": NOW + 60 * t, "value": value})
+        assert not core.take([Parcel(Lines("json").read(text.encode() + b"\n")[0], None)], NOW)
+    core.commit()
+    np.testing.assert_array_equal(
+        np.concatenate([rows[:, 1] for _, rows in core.history.recent]), NOW + 60 * np.arange(100)
+    )

@@ -5,7 +5,11 @@ import subprocess
 import sys
 
 import numpy as np
+import pytest
 from live_plant import configuration, opened, outputs
+
+from driftwise.cli.live import LiveJob
+from driftwise.engine.errors import InputError
 
 
 def driftwise(*words, text=None, folder=None):
@@ -26,6 +30,7 @@ def test_a_pipe_is_estimated_and_its_events_are_told(tmp_path):
     core = opened(tmp_path / "s")
     assert core.picture.columns["count"][0] == 300
     core.store.close()
+    assert "not used, once: neither JSON nor a number" in found.stderr
     words = driftwise("status", "--store", tmp_path / "s")
     assert words.stdout.startswith("1 series\n")
     assert f"{len(told)} events" in words.stdout
@@ -68,3 +73,17 @@ def test_a_store_has_one_service(tmp_path):
     found = driftwise(path)
     assert found.returncode == 1 and "another service" in found.stderr
     core.store.close()
+
+
+def test_status_finds_the_store_in_a_folder_or_says_what_it_wants(tmp_path, capsys):
+    opened(tmp_path / "plant").store.close()
+    opened(tmp_path / "site" / "driftwise-live").store.close()
+    (tmp_path / "set").mkdir()
+    (tmp_path / "set" / "driftwise-live.toml").write_text(f'[store]\npath = "{tmp_path / "plant"}"\n')
+    for path in ("plant", "site", "set", "plant/live.sqlite"):
+        LiveJob("status", str(tmp_path / path)).run()
+        assert capsys.readouterr().out.startswith("0 series\n")
+    with pytest.raises(InputError, match="neither a store"):
+        LiveJob("status", str(tmp_path)).run()
+    with pytest.raises(InputError, match="is a folder, not a configuration"):
+        LiveJob(str(tmp_path), only_check=True).run()

@@ -31,7 +31,7 @@ class LiveJob(Job):
 
     what: Annotated[str, typer.Argument(metavar="WHAT", help="FILE.toml, -, mqtt://.., demo, init, status or token.")]
     path: Annotated[
-        str | None, typer.Argument(metavar="[PATH]", help="init: the file to write. status: the file to ask about.")
+        str | None, typer.Argument(metavar="[PATH]", help="init: the file to write. status: FILE.toml, or a folder.")
     ] = None
     only_check: Annotated[
         bool, typer.Option("--check", metavar="", help="Check the configuration, say what will happen, and stop.")
@@ -127,6 +127,7 @@ class LiveJob(Job):
 
         from driftwise.live.service import Service
         from driftwise.report.printed import say
+        from driftwise.results.numbers import often
 
         configs, services = [config], list[Service]()
 
@@ -153,6 +154,8 @@ class LiveJob(Job):
             configs.clear()
             services[:] = [Service(config, estimator_of, site or self._site(config))]
             await services[0].run()
+            for reason, count in services[0].core.reasons.items():
+                say(f"not used, {often(count)}: {reason}", stderr=True)
 
     def _site(self, config: Any) -> Any:
         """Return what makes the page of a board and says where it is; None where none is wanted."""
@@ -211,13 +214,30 @@ class LiveJob(Job):
 
     def _status(self) -> None:
         """Say what a store holds; the service may run."""
-        from driftwise.live.config import StoreConfig, load
         from driftwise.live.store import counted
         from driftwise.report.printed import say
 
-        store = load(self.path).store if self.path else StoreConfig(path=self.store or StoreConfig().path)
-        for words in counted(store):
+        for words in counted(self._asked()):
             say(words)
+
+    def _asked(self) -> Any:
+        """Return the store that `status` asks about: of a configuration, or in a folder."""
+        from driftwise.live.config import StoreConfig, load
+        from driftwise.live.store.sqlite import NAME
+
+        if self.path is None:
+            return StoreConfig(path=self.store or StoreConfig().path)
+        here = Path(self.path)
+        if here.name == NAME:
+            return StoreConfig(path=str(here.parent))
+        if not here.is_dir():
+            return load(here).store
+        for folder in (here, here / StoreConfig().path):
+            if (folder / NAME).exists():
+                return StoreConfig(path=str(folder))
+        if (here / CONFIG).exists():
+            return load(here / CONFIG).store
+        raise CommandError(f"{here} holds neither a store ({NAME}) nor a configuration ({CONFIG}): where is one?")
 
 
 def estimator_of(config: Any) -> Any:

@@ -168,6 +168,9 @@ def load(path: str | Path) -> Config:
         text = Path(path).read_text("utf-8")
     except FileNotFoundError:
         raise InputError(f"there is no file {path}; `driftwise live init` writes one") from None
+    except IsADirectoryError:
+        words = f"{path} is a folder, not a configuration: `driftwise live status {path}` asks a store in it"
+        raise InputError(words) from None
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"{path} cannot be read: {error}") from None
     return parse(text, str(path), os.environ)

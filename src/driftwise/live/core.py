@@ -22,13 +22,12 @@ from .models import Models
 from .picture import Picture
 from .roster import Roster
 from .rows import Shown
+from .sender_clock import beyond_words
 from .series import Series, keys_of
 from .sources.base import Parcel
 from .store.base import Change, Member, Store, StoreFull
 from .watch import words
 
-AHEAD = 86_400.0  # s that a stamp may be ahead of the clock here
-DATES = 1e8  # stamps above are dates
 UNWRITABLE = re.compile("[\0\ud800-\udfff]")
 REASONS = 20  # last reasons of refusals that are kept
 SPARE = 50_000  # series beyond `most` that may come between two commits
@@ -68,6 +67,7 @@ class Core:
         self._past: list[np.ndarray] = []
         self._buffers: dict[int, tuple[list, list, list, list]] = {}
         self._later: list[Chunk] = []  # of keys about which the store could not be asked
+        self._said: list[EventView] = []  # to be told with the next samples
         self._told: list[str] | None = None
         self._now, self._committed = 0.0, list[np.ndarray]()
         self._load()
@@ -109,14 +109,10 @@ class Core:
 
     def _chunk(self, chunk: Chunk, now: float) -> None:
         """Read one chunk."""
-        times, ahead = chunk.time, now + AHEAD
+        times = chunk.time
         for i, time in enumerate(times):
             if time != time:
                 times[i] = now
-            elif time > ahead > DATES:
-                self._ahead(chunk, ahead)
-                self._chunk(chunk, now)
-                return
         found = self.series.get(chunk.key)
         if self._later and found is None:
             self._later.append(chunk)
@@ -132,14 +128,18 @@ class Core:
         except StoreFull:
             self._later.append(chunk)
 
-    def _ahead(self, chunk: Chunk, last: float) -> None:
-        """Leave out, and count, the samples of a chunk that are ahead of an instant."""
-        good = [i for i, time in enumerate(chunk.time) if not time > last]
-        for _ in range(len(chunk.time) - len(good)):
-            self.counters["future"] += 1
-            self.refuse(f"a stamp of {chunk.key} is more than a day ahead of the clock here")
-        for values in (chunk.time, *chunk.fields.values()):
-            values[:] = [values[i] for i in good]
+    def _right(self, series: Series, chunk: Chunk) -> None:
+        """Put right the stamps of a sender whose clock is ahead, and tell it; leave out those that are of no clock."""
+        found = series.waiting.sender.right(chunk.time, self._now)
+        if not found.ahead:
+            return
+        self.counters["future"] += found.ahead
+        self._waited[series.number] = series
+        self._said += [self.tell(series, time, "clock", text) for time, text in found.said]
+        for at in reversed(found.beyond):
+            self.refuse(beyond_words(series.key))
+            for values in (chunk.time, *chunk.fields.values()):
+                del values[at]
 
     def _new(self, key: str) -> Series:
         """Return a series that is not in memory: it was at rest, or comes for the first time."""
@@ -178,6 +178,7 @@ class Core:
 
     def _rows(self, series: Series, chunk: Chunk) -> None:
         """Take the rows that a chunk frees."""
+        self._right(series, chunk)
         rows = series.rows(chunk)
         if not series.is_plain:
             self._waited[series.number] = series
@@ -206,7 +207,7 @@ class Core:
 
     def _advance(self) -> list[EventView]:
         """Let the fleets take what has come; return what happened."""
-        events: list[EventView] = []
+        events, self._said = self._said, []
         buffers, self._buffers = self._buffers, {}
         for group, buffer in buffers.items():
             for shown in self.roster.groups[group].take(*buffer, self._now):

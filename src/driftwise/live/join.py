@@ -7,6 +7,8 @@ from bisect import bisect_right, insort
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
+from .sender_clock import SenderClock
+
 MOST = 10_000  # rows, and values of each input, that wait
 
 
@@ -46,21 +48,23 @@ class Waiting:
     rows : outputs that wait, [time, output], in order of time
     known : of each input, [time, value] in order of time: the last that is good, and those still to be used
     newest : the latest stamp of any of its messages
+    sender : its clock
     """
 
     rows: list[list[float]] = field(default_factory=list)
     known: list[list[list[float]]] = field(default_factory=list)
     newest: float = -math.inf
+    sender: SenderClock = field(default_factory=SenderClock)
 
     def as_json(self) -> Any:
         """Return it as JSON has it."""
-        return [self.rows, self.known, None if math.isinf(self.newest) else self.newest]
+        return [self.rows, self.known, None if math.isinf(self.newest) else self.newest, *self.sender.as_json()]
 
     @classmethod
     def of(cls, found: Any) -> Waiting:
         """Return what `as_json` gave."""
-        rows, known, newest = found
-        return cls(rows, known, -math.inf if newest is None else newest)
+        rows, known, newest, *sender = found
+        return cls(rows, known, -math.inf if newest is None else newest, SenderClock(*sender))
 
 
 def join(

@@ -21,6 +21,7 @@ WEIGHT = {
     "noise": 2.0,
     "outliers": 1.0,
     "model": 1.0,
+    "clock": 1.0,
 }
 ONES = dict(time=np.nan, output=np.nan, prediction=np.nan, std=np.nan, status=0.0, count=0.0, revision=0.0)
 ONES |= dict(number=-1.0, heard=0.0, silence=0.0, is_lost=0.0)

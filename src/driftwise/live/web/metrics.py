@@ -15,7 +15,7 @@ from prometheus_client.registry import Collector, CollectorRegistry
 from driftwise.live.board import SeriesView
 
 LABEL = 200  # characters of a key
-KINDS = ("jump", "drift", "noise", "stuck", "lost", "outliers", "silent", "back", "model")
+KINDS = ("jump", "drift", "noise", "stuck", "lost", "outliers", "silent", "back", "model", "clock")
 STATES = ("identifying", "warming up", "well", *KINDS)
 NUMBERS = {
     "output": "Last output, in the unit of the data",

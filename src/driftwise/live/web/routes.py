@@ -19,7 +19,7 @@ EVENT = {
         "number": {"type": "integer", "description": "counts up without holes"},
         "key": {"type": "string"},
         "time": {**NUMBER, "description": "seconds since 1970"},
-        "kind": {"enum": ["jump", "drift", "noise", "stuck", "lost", "outliers", "silent", "back", "model"]},
+        "kind": {"enum": ["jump", "drift", "noise", "stuck", "lost", "outliers", "silent", "back", "model", "clock"]},
         "sentence": {"type": "string"},
         "odds": {**NUMBER, "description": "the detector's statistic over its threshold"},
         "acknowledged": {"type": "boolean"},
