@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from driftwise.analysis.change_log import ChangeLog
-from driftwise.analysis.segmentation import GAIN, LEVEL, NOISE, hindsight
+from driftwise.analysis.change_log import ChangeLog, moved
+from driftwise.analysis.segmentation import GAIN, LEVEL, NOISE, Jump, hindsight
 
 
 def plant(seed=0, samples=900, gain=1.0, level=0.0, noise=1.0, colour=0.0, at=400):
@@ -50,6 +50,20 @@ def test_jumps_that_are_said_to_be_visible_are_told_and_a_fifth_of_them_are_not(
 def test_nothing_is_told_of_plants_that_stay():
     told = [found(*plant(seed, colour=colour)) for seed in range(6) for colour in (0.0, 0.9)]
     assert sum(map(len, told)) <= 1
+
+
+def test_a_load_that_jumps_before_the_plant_is_no_jump_of_a_gain():
+    """It moves the level as the plant does: what a gain moves besides what it multiplies."""
+    for seed in range(2):
+        (y, u), load = plant(seed), np.where(np.arange(900) >= 400, 0.08, 0.0)
+        y = y + lfilter([1.0], [1.0, -0.8], load)
+        assert all(jump.kind != GAIN for jump in found(y, u))
+
+
+def test_numbers_before_and_after_a_jump_are_told_apart():
+    jump = Jump(400, (390, 410), 20.0, GAIN, 0, 2.9901, 2.9884)
+    assert moved(jump, ["valve"]) == "the gain from valve fell from 2.99 to 2.988"
+    assert moved(jump._replace(before=3.0, after=1.5), ["valve"]) == "the gain from valve halved, from 3 to 1.5"
 
 
 def test_drift_season_and_outliers_are_no_jumps():

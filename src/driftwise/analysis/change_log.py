@@ -92,9 +92,16 @@ def moved(jump: Jump, inputs) -> str:
         return f"the level {'rose' if b > a else 'fell'} by {abs(b - a):.3g}"
     if jump.kind == GAIN and jump.is_factor:
         return f"the gain from {inputs[jump.input]} {way(a, b)} to {b:.3g} of what it was"
+    before, after = apart(a, b)
     if jump.kind == GAIN:
-        return f"the gain from {inputs[jump.input]} {way(a, b)} from {a:.3g} to {b:.3g}"
-    return f"the noise {way(a, b)} from {a:.3g} to {b:.3g}"
+        return f"the gain from {inputs[jump.input]} {way(a, b)} from {before} to {after}"
+    return f"the noise {way(a, b)} from {before} to {after}"
+
+
+def apart(a: float, b: float) -> list[str]:
+    """Return two numbers with three digits, or as many more as tell them apart."""
+    digits = next((k for k in range(3, 16) if f"{a:.{k}g}" != f"{b:.{k}g}"), 17)
+    return [f"{value:.{digits}g}" for value in (a, b)]
 
 
 def way(a: float, b: float) -> str:

@@ -106,7 +106,7 @@ def place(now: Response, kind: str, i: int, r, hint: int = -1) -> Place | None:
     at = int(np.argmax(finer))
     if not finer[at] > 0:
         return None
-    d, _ = part_of(now, kind, i, int(fine[at]), r)
+    d, own = part_of(now, kind, i, int(fine[at]), r)
     calm = max(long_run(d * (r - d)) / max(float(np.mean(d**2)), 1e-300), 1.0)
     calm /= 1.0 - float(np.max(d**2) / np.sum(d**2)) + 1e-9  # one sample alone is none of a change
     gain = np.concatenate([taken[grid < a], finer, taken[grid > b]]) / calm
@@ -116,6 +116,8 @@ def place(now: Response, kind: str, i: int, r, hint: int = -1) -> Place | None:
     total = np.cumsum(weight) / weight.sum()
     ends = [int(where[min(int(np.searchsorted(total, q)), len(where) - 1)]) for q in (0.025, 0.975)]
     odds = float(gain.max()) + math.log(weight.sum() / (n - 2 * LEAST + 1)) - NUMBERS[kind] * 0.5 * math.log(n)
+    if kind == GAIN:  # what the level moves with it is no evidence that the gain did
+        odds = min(odds, float(0.5 * share(own @ r, own @ own, n) * (own @ r)) / calm - 0.5 * math.log(n))
     odds -= math.log(2 + len(now.b))
     return Place(min(max(int(fine[at]), low), high), (ends[0], ends[1]), odds, float(finer[at]), calm)
 
