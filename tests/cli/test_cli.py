@@ -5,6 +5,7 @@ import math
 import os
 import subprocess
 import sys
+from importlib import metadata
 from pathlib import Path
 
 import numpy as np
@@ -237,6 +238,23 @@ def test_help_loads_nothing_heavy():
     out = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True).stdout
     assert "HEAVY []" in out
     assert "simulate" in out
+
+
+def greet(name: str) -> None:
+    """Say hello."""
+    print("hello", name)
+
+
+def test_others_bring_commands_and_are_looked_for_only_when_asked_for(call, monkeypatch):
+    brought = [metadata.EntryPoint("greet", f"{__name__}:greet", "driftwise.commands")]
+    monkeypatch.setattr(metadata, "entry_points", lambda group: brought)
+    assert call("greet", "you")[:2] == (0, "hello you\n")
+    code, _, said = call("score")  # a study, and they are not here
+    assert code == 2 and "pip install ./studies" in said
+    listed = call("--help")[1]
+    assert "Say hello." in listed and "score" not in listed
+    monkeypatch.setattr(metadata, "entry_points", lambda group: 1 / 0)
+    assert call("run", "--help")[0] == 0
 
 
 def test_simulate_into_run_through_a_pipe():

@@ -5,6 +5,7 @@ the one is no failure of `driftwise live`, the other is in vain before the confi
 """
 
 import atexit
+import gc
 import io
 import os
 import signal
@@ -32,9 +33,12 @@ def main() -> None:
         told = columns(os.environ.pop(name))
         if told is not None:
             os.environ[name] = str(told)
+    gc.disable()  # nothing of a module is garbage
     from driftwise.cli.main import main as run
     from driftwise.engine.errors import Stopped
 
+    gc.freeze()
+    gc.enable()
     asked = []
 
     def stop(number, frame):

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import sys
-from importlib.metadata import entry_points
 from typing import Annotated, Any
 
 import typer
+from typer.core import TyperGroup
 
 from driftwise.cli.compare import CompareJob
 from driftwise.cli.demo import DemoJob, SimulateJob
@@ -25,8 +25,42 @@ from driftwise.report.printed import say
 
 STUDIES = ("reproduce", "score")  # commands of the second distribution of the repository
 
+
+class Commands(TyperGroup):
+    """The commands, and those that other distributions bring, under the entry points ``driftwise.commands``.
+
+    They are looked for where one is asked for that is not ours, or all are listed: it takes longer than to read ours.
+    """
+
+    def get_command(self, ctx, cmd_name):
+        self._bring({cmd_name} - self.commands.keys())
+        return super().get_command(ctx, cmd_name)
+
+    def list_commands(self, ctx):
+        self._bring(STUDIES)
+        return super().list_commands(ctx)
+
+    def _bring(self, wanted) -> None:
+        """Add what others bring, and in place of a study that is not there what says where it is."""
+        if not wanted:
+            return
+        from importlib.metadata import entry_points
+
+        others = typer.Typer(callback=_common)
+        brought = {entry.name: entry for entry in entry_points(group="driftwise.commands")}
+        for name in sorted({*brought, *STUDIES} - self.commands.keys()):
+            if name in brought:
+                others.command(name)(brought[name].load())
+            else:
+                anything = {"allow_extra_args": True, "ignore_unknown_options": True, "help_option_names": []}
+                others.command(name, hidden=True, context_settings=anything)(_refuse_study)
+        found: Any = typer.main.get_command(others)
+        self.commands |= found.commands
+
+
 app = typer.Typer(
     name="driftwise",
+    cls=Commands,
     help="State and parameters of a linear system that may drift, sample by sample, with honest error bars.",
     no_args_is_help=True,
     add_completion=True,
@@ -76,7 +110,7 @@ def warm() -> None:
 
 
 def _add_commands() -> None:
-    """Add the jobs, and the commands that other distributions bring, under the entry points ``driftwise.commands``."""
+    """Add the jobs."""
     jobs: dict[str, type[Job]] = dict(
         run=RunJob, validate=ValidateJob, compare=CompareJob, track=TrackJob, export=ExportJob, simulate=SimulateJob,
         demo=DemoJob, live=LiveJob,
@@ -86,13 +120,6 @@ def _add_commands() -> None:
     for name, job in dict(run=FleetRunJob, show=FleetShowJob, simulate=FleetSimulateJob).items():
         add_command(fleet, name, job)
     app.command()(warm)
-    brought = {entry.name: entry for entry in entry_points(group="driftwise.commands")}
-    for name in sorted({*brought, *STUDIES}):
-        if name in brought:
-            app.command(name)(brought[name].load())
-        else:
-            anything = {"allow_extra_args": True, "ignore_unknown_options": True, "help_option_names": []}
-            app.command(name, hidden=True, context_settings=anything)(_refuse_study)
 
 
 def _refuse_study(context: typer.Context) -> None:

@@ -11,7 +11,6 @@ from driftwise.cli.grey_box import GreyBoxJob
 from driftwise.cli.observe import ObserveJob
 from driftwise.cli.own_matrices import MatricesJob
 from driftwise.cli.run_options import RunOptions
-from driftwise.models.formulas import library
 
 
 class RunJob(RunOptions):
@@ -43,6 +42,7 @@ class RunJob(RunOptions):
 
 def _plant_job(plant: str) -> type[RunOptions]:
     """Return the job of a plant: formulas, of the library too; the user's own matrices; or one that is known."""
+    from driftwise.models.formulas import library
     from driftwise.tables.plantfile import sections
 
     path = Path(plant)
