@@ -65,11 +65,11 @@ def test_a_record_is_what_was_drawn_and_steps_are_exact(name):
     again, other = draw(5, name, EASY), draw(6, name, EASY)
     assert np.array_equal(drawn.u, again.u) and not np.array_equal(drawn.theta, other.theta)
     few = slice(0, 60)
-    exact, last = truth(drawn.plant, drawn.theta, drawn.x0, drawn.t[few], drawn.u[few])
+    exact, path = truth(drawn.plant, drawn.theta, drawn.x0, drawn.t[few], drawn.u[few])
     quick, end = response(drawn.plant, drawn.theta[:, None], drawn.x0[:, None], drawn.t[few], drawn.u[few], drawn.fast)
     (quiet, noise), (jumped, _) = simulate(drawn), simulate(drawn, jumps=True)
     assert np.all(np.abs(exact - quick[:, :, 0]) < 1e-2 * noise)
-    assert np.allclose(last, end[:, 0], rtol=1e-5, atol=1e-5 * np.abs(last).max())
+    assert np.allclose(path[-1], end[:, 0], rtol=1e-5, atol=1e-5 * np.abs(path[-1]).max())
     assert np.array_equal(quiet[: drawn.at], jumped[: drawn.at], equal_nan=True)
     ratio = drawn.after / drawn.theta
     assert np.sum(ratio != 1) == 1 and max(ratio[drawn.which], 1 / ratio[drawn.which]) == pytest.approx(1.3)

@@ -50,17 +50,18 @@ def response(plant: Plant, theta, x0, t, u, fast: float = np.inf):
 def _exact(plant, p, x, t, u):
     """Return the move over an interval by the exponential of [[A, b], [0, 0]]."""
     n, width = x.shape
-    dt = np.diff(t)
-    rows, which = np.unique(np.column_stack([np.round(dt, 12), u[:-1]]), axis=0, return_inverse=True)
-    made = np.zeros((len(rows), width, n + 1, n + 1), x.dtype)
-    for r, row in enumerate(rows):
-        held = row[1:, None]
-        b = np.array([np.broadcast_to(v, width) for v in plant.slopes(np.zeros((n, width)), held, p)])
-        for j in range(n):
-            each = plant.slopes(np.repeat(np.eye(n)[:, j : j + 1], width, 1), 0 * held + held, p)
-            made[r, :, :n, j] = (np.array([np.broadcast_to(v, width) for v in each]) - b).T * row[0]
-        made[r, :, :n, n] = b.T * row[0]
-    steps = exponential(made)
+    rows, which = np.unique(np.column_stack([np.round(np.diff(t), 12), u[:-1]]), axis=0, return_inverse=True)
+    steps = np.zeros((len(rows), width, n + 1, n + 1), x.dtype)
+    held, shape = rows.T[1:, :, None], (len(rows), width)
+
+    def slopes(point):
+        found = plant.slopes(np.broadcast_to(point[:, None, None], (n, *shape)), held, p)
+        return np.stack([np.broadcast_to(v, shape) for v in found], axis=-1)
+
+    steps[..., :n, n] = b = slopes(np.zeros(n))
+    for j in range(n):
+        steps[..., :n, j] = slopes(np.eye(n)[j]) - b
+    steps = exponential(steps * rows[:, 0, None, None, None])
     A, b = steps[..., :n, :n], steps[..., :n, n]
     return lambda k, x: np.einsum("bij,jb->ib", A[which[k]], x) + b[which[k]].T
 
@@ -95,24 +96,37 @@ def _runge_kutta(plant, p, t, u, fast):
 
 
 def truth(plant: Plant, theta, x0, t, u):
-    """Return outputs (T, p) and the last state of one parameter vector, as exactly as doubles allow."""
-    p, x, path, n = named(plant, theta), np.array(x0, float), [], len(x0)
-    for k, now in enumerate(t):
-        path.append(np.ravel(plant.outputs(x, u[k], p)))
-        if k + 1 == len(t):
-            break
+    """Return outputs (T, p) and states (T, n) of one parameter vector, as exactly as doubles allow."""
+    p, n, path = named(plant, theta), len(x0), [np.array(x0, float)]
+    ends = np.arange(len(t) - 1)
 
-        def slopes(_, x, held=u[k]):
-            return np.ravel(plant.slopes(x, held, p))
+    def slopes(_, x, held):
+        return np.ravel(plant.slopes(x, held, p))
 
-        if plant.is_linear:
-            b = slopes(0.0, np.zeros(n))
-            A = np.array([slopes(0.0, one) - b for one in np.eye(n)]).T
-            M = np.block([[A, b[:, None]], [np.zeros((1, n + 1))]])
-            x = (expm((t[k + 1] - now) * M) @ np.append(x, 1.0))[:n]
-        else:
-            x = solve_ivp(slopes, (now, t[k + 1]), x, method="DOP853", rtol=1e-10, atol=1e-12).y[:, -1]
-    return np.array(path), x
+    if plant.is_linear:
+        M = np.zeros((len(ends), n + 1, n + 1))
+        for k in ends:
+            M[k, :n, n] = slopes(0.0, np.zeros(n), u[k])
+            for j in range(n):
+                M[k, :n, j] = slopes(0.0, np.eye(n)[j], u[k]) - M[k, :n, n]
+        for E in expm(M * np.diff(t)[:, None, None]):
+            path.append((E @ np.append(path[-1], 1.0))[:n])
+    else:
+        for k in ends:
+            move = solve_ivp(slopes, t[k : k + 2], path[-1], method="DOP853", rtol=1e-10, atol=1e-12, args=(u[k],))
+            path.append(move.y[:, -1])
+    return np.array([np.ravel(plant.outputs(x, held, p)) for x, held in zip(path, u)]), np.array(path)
+
+
+_KEPT: dict[tuple[int, ...], tuple] = {}  # of the last record that was simulated
+
+
+def unmoved(drawn: Drawn):
+    """Return outputs (T, p) and states (T, n) of a drawn record without its jump, before noise."""
+    if drawn.key not in _KEPT:
+        _KEPT.clear()
+        _KEPT[drawn.key] = truth(drawn.plant, drawn.theta, drawn.x0, drawn.t, drawn.u)
+    return _KEPT[drawn.key]
 
 
 def simulate(drawn: Drawn, jumps: bool = False):
@@ -120,11 +134,11 @@ def simulate(drawn: Drawn, jumps: bool = False):
 
     With ``jumps`` its parameter jumps at its sample; all else is the same.
     """
-    plant, at = drawn.plant, drawn.at if jumps else len(drawn.t)
-    y, x = truth(plant, drawn.theta, drawn.x0, drawn.t[: at + 1], drawn.u[: at + 1])
-    clean, _ = truth(plant, drawn.theta, drawn.x0, drawn.t, drawn.u) if jumps else (y, x)
+    plant, at = drawn.plant, drawn.at
+    clean, path = unmoved(drawn)
+    y = clean
     if jumps:
-        y = np.vstack([y[:at], truth(plant, drawn.after, x, drawn.t[at:], drawn.u[at:])[0]])
+        y = np.vstack([y[:at], truth(plant, drawn.after, path[at], drawn.t[at:], drawn.u[at:])[0]])
     noise = drawn.noise * np.std(clean, axis=0)
     rng = np.random.default_rng([*drawn.key, 2])
     drift = np.concatenate([[0.0], np.cumsum(rng.standard_normal(len(y) - 1) * np.sqrt(np.diff(drawn.t)))])

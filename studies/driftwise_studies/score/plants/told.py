@@ -11,7 +11,7 @@ import numpy as np
 
 from .batch import Batch
 from .drawing import Drawn
-from .simulation import response, truth
+from .simulation import response, unmoved
 
 ODDS, PLACES, CONSTANTS = 20.0, 24, 2.0  # to tell; moments that are tried; slowest time constants after the jump
 
@@ -30,11 +30,12 @@ def is_tellable(drawn: Drawn, y, noise) -> bool:
     w = batch.weights(noise)
     e = np.concatenate([a * b for a, b in zip(w, e)])
     S = np.concatenate([a[:, None] * b for a, b in zip(w, S)])
-    clean, _ = truth(drawn.plant, drawn.theta, drawn.x0, drawn.t[:end], drawn.u[:end])
+    clean, path = unmoved(drawn)
+    clean = clean[:end]
     inner = np.linalg.inv(np.diag(batch.spread**-2.0) + S.T @ S)
     logs = []
     for at in np.unique(np.append(np.linspace(end // PLACES, end - 2, PLACES).astype(int), drawn.at)):
-        moved = np.concatenate([np.zeros((at, clean.shape[1])), _after(drawn, at, end) - clean[at:]])
+        moved = np.concatenate([np.zeros((at, clean.shape[1])), _after(drawn, path[at], at, end) - clean[at:]])
         moved = np.vstack([moved, np.zeros((len(y) - end, clean.shape[1]))])
         d = np.concatenate([a * b for a, b in zip(w, batch.along([c[t] for c, t in zip(moved.T, batch.there.T)]))])
         whitened = d - S @ (inner @ (S.T @ d))
@@ -42,8 +43,7 @@ def is_tellable(drawn: Drawn, y, noise) -> bool:
     return bool(np.mean(np.exp(np.minimum(logs, 300.0))) > ODDS)
 
 
-def _after(drawn: Drawn, at: int, end: int):
-    """Return the outputs from a sample on if the parameter jumps there."""
-    plant, part = drawn.plant, slice(at, end)
-    _, x = response(plant, drawn.theta[:, None], drawn.x0[:, None], drawn.t[: at + 1], drawn.u[: at + 1], drawn.fast)
-    return response(plant, drawn.after[:, None], x, drawn.t[part], drawn.u[part], drawn.fast)[0][:, :, 0]
+def _after(drawn: Drawn, x, at: int, end: int):
+    """Return the outputs from a sample on if the parameter jumps there, at state x."""
+    part = slice(at, end)
+    return response(drawn.plant, drawn.after[:, None], x[:, None], drawn.t[part], drawn.u[part], drawn.fast)[0][:, :, 0]
