@@ -144,6 +144,7 @@ class GreyBox(Observer):
         detector, settle, slopes = watch_of_joint(memory, n + m, units)
         if found_jumps and not isinstance(memory, Constant):
             raise InputError(f"jumps are looked for by fits, between which parameters are Constant(), not {memory!r}")
+        colours = float(start is not None and isinstance(memory, Constant))
         setting = Setting(
             units, std[n:] ** 2, self.scale, 1.0, m, prior_of_parameters(self._s0, self._U0, self._D0, n), n
         )
@@ -153,8 +154,8 @@ class GreyBox(Observer):
         bounds = np.array([[one.origin, min(one.high, 1e300)] for one in found.free])
         form = GreyBoxForm(
             float(n), float(k), float(p), float(m), float(detector.state_size(m)), float(state_size(memory, m)), fades,
-            learns, slopes, float(found.is_continuous), float(found.is_linear), float(is_timed), float(walk.any()),
-            self.dt, settle, kinds,
+            learns, slopes, colours, float(found.is_continuous), float(found.is_linear), float(is_timed),
+            float(walk.any()), self.dt, settle, kinds,
             bounds[:, 0], bounds[:, 1], walk.ravel(), self._s0, std[n:],
         )  # fmt: skip
         kernel_scale = InverseGamma(0.0, 0.0) if fades and is_relative else self.scale
@@ -182,6 +183,7 @@ class GreyBox(Observer):
         state["x"], state["theta"] = self._s0[:n], self._s0[n:]
         state["fitted"] = self._s0[n:]
         state["D"], state["U"], state["noise"], state["is_new"] = self._D0, self._U0, self._noise, 1.0
+        state["wide"] = 1.0
         state["bend"] = np.where(self.policies[0].kinds == KINDS["linear"], 0.0, 0.5)  # that of exp
         if self.policies[0].fades and isinstance(self.scale, InverseGamma):
             state["counts"][..., COUNT], state["chi2"] = 2 * self.scale.alpha, 2 * self.scale.beta
@@ -273,8 +275,11 @@ class GreyBox(Observer):
         return np.concatenate([state["x"], state["theta"]], axis=-1)
 
     def covariance(self, state) -> np.ndarray:
-        """Return the covariance of [x ; transformed parameters]."""
-        return np.asarray(self.sigma2(state))[..., None, None] * ud.unpack(state["U"], state["D"])
+        """Return the covariance of [x ; transformed parameters], wider where residuals are not white (`colour`)."""
+        P = np.asarray(self.sigma2(state))[..., None, None] * ud.unpack(state["U"], state["D"])
+        wide = np.ones(P.shape[:-1])
+        wide[..., self.model.n :] = np.sqrt(state["wide"])
+        return P * wide[..., None] * wide[..., None, :]
 
     def estimate(self, state) -> tuple[np.ndarray, np.ndarray]:
         """Return state and parameters, in their units, and their standard deviations."""

@@ -4,6 +4,10 @@ A state row keeps its last samples, and what was known before them. Every few sa
 at each of several instants tau: theta_i gains the variance of a jump there. Their likelihoods, against that of no jump,
 say whether something jumped, which, and when. What is known from then on is the mixture of these filters, by mean and
 covariance: the other parameters stay what they were.
+
+A jump comes between two samples, nobody knows where: in the middle, and x then has what the rest of the step may make
+of it, S_i a g with g uniform within half a step, as noise. Without that, a jump that is large against the noise is told
+a second time, where the remainder of its first step has gone into other parameters.
 """
 
 from __future__ import annotations
@@ -21,10 +25,12 @@ from .row import SINCE, STATISTIC, WHICH
 
 KEPT = 256  # samples; what is known is noted at every 128th
 EVERY = 16  # samples after which the hypotheses are weighed
-REACH, COARSE, FINE = 96, 12, 3  # samples back in which a jump may have been, and between the places that are tried
-TURNS = 3  # filters of each hypothesis, each about the jump that the one before found
+REACH = 96  # samples back in which a jump may have been
+COARSE, FINE = 12, 3  # samples between the places that are tried, before each about the best is
+TURNS = 4  # filters of each hypothesis, each about the jump that the one before found
+WITHIN = 3**-0.5  # deviation of an instant that is anywhere within half a step of the middle, in half steps
 PROMISING = 1.0  # log odds from which a closer look is taken
-SURE = 0.9  # weight from which one parameter is named; until then it is waited for, while the jump is within reach
+SURE = 0.95  # weight from which one parameter is named; until then it is waited for, while the jump is within reach
 MISSING = 1e300
 
 
@@ -58,6 +64,7 @@ class Jumping:
     def __init__(self, est, jumps: JumpFit):
         self.est, self.jumps = est, jumps
         N, p, k = est.model.N, est.model.outputs, est.model.inputs
+        self._nothing = np.full((1, p), np.nan)
         self.note_size = N + N + N * (N - 1) // 2 + k + p + 3
         self.fields = [
             ("kept", "f8"),
@@ -122,49 +129,85 @@ class Jumping:
     def _weigh(self, state, out) -> None:
         """Weigh the hypotheses; where a jump wins, go on with the mixture of their filters."""
         kept = int(state["kept"])
-        found = self._hypotheses(state, np.arange(max(kept - REACH, 1), kept - 1, COARSE), 1)
-        if found is None or found[0] < PROMISING:
+        back = np.arange(max(kept - REACH, 1), kept - 1)
+        if (found := self._hypotheses(state, back[::COARSE], COARSE, 1)) is None or found[0] < PROMISING:
             return
-        middle = int(found[3][int(np.argmax(found[1].sum(axis=0)))])
-        found = self._hypotheses(state, np.arange(max(middle - COARSE, 1), min(middle + COARSE + 1, kept), FINE), TURNS)
-        if found is None or found[0] < np.log(self.jumps.odds):
+        if (found := self._hypotheses(state, back[::FINE], FINE, 1)) is None:
             return
-        if found[1].sum(axis=1).max() > SURE or kept - middle > REACH - EVERY:
+        best = back[::FINE][found[1].argmax(axis=1)]  # of each parameter
+        near = np.unique(np.clip(best[:, None] + np.arange(1 - FINE, FINE), 1, kept - 1))
+        if (found := self._hypotheses(state, near, 1, TURNS)) is None:
+            return
+        if found[0] < np.log(self.jumps.odds):
+            return
+        of_each = found[1].sum(axis=1)
+        if of_each.max() > SURE or kept - best[np.argmax(of_each)] > REACH - EVERY:
             self._install(state, out, *found)
 
-    def _hypotheses(self, state, taus, turns):
+    def _hypotheses(self, state, taus, step, turns):
         """Return log odds of a jump, the weight of each parameter and instant (m, S), their filters, and instants."""
         est, kept = self.est, int(state["kept"])
-        n, m = est.model.n, est.model.N - est.model.n
+        m = est.model.N - est.model.n
         y, u = np.array(state["kept_y"][:kept]), np.array(state["kept_u"][:kept])
         y, u = np.where(y == MISSING, np.nan, y), np.where(u == MISSING, np.nan, u)
         reached, at, gains, filters = self._noted(state["notes"][0]), 0, [], []
-        each = range(m)
+        each, size = range(m), self.jumps.size
         for tau in taus.tolist():
             reached, at = self._filter(reached, y[at:tau], u[at:tau]), tau
-            P, begun = ud.unpack(reached["U"][0], reached["D"][0]), np.repeat(reached, m + 1)
-            for i in each:
-                freed = P.copy()
-                freed[n + i, n + i] += self.jumps.size**2
-                U, begun["D"][i] = ud.factor(freed)
-                begun["U"][i] = U[ud.packed_indices(n + m)]
+            begun, spread = self._freed(reached, u[tau - 1 : tau + 1])
             jump = np.zeros(m)
             for _ in range(turns):
                 rows = begun.copy()
                 rows["theta"][each, each] += jump
-                ended = self._filter(rows, y[tau:], u[tau:])
+                ended = self._filter(self._arrived(rows, u[tau : tau + 1], spread), y[tau:], u[tau:])
                 moved = ended["theta"][each, each] - reached["theta"][0]
                 # the prior of a jump is about 0, not about where the filter was begun
-                off = -0.5 * (moved**2 - (moved - jump) ** 2) / self.jumps.size**2
+                off = -0.5 * (moved**2 - (moved - jump) ** 2) / size**2
                 value = ended["score"][:m] - ended["score"][m] + off
-                jump = np.clip(moved, -4 * self.jumps.size, 4 * self.jumps.size)
+                jump = np.clip(moved, -4 * size, 4 * size)
             gains.append(np.where(np.isfinite(value), value, -np.inf))
             filters.append(ended[:m])
         if not gains or not np.isfinite(most := np.max(gains)):
             return None
         weights = np.exp(np.array(gains).T - most)
-        places = m * REACH / (COARSE if turns == 1 else FINE)  # of as many hypotheses as there might be
+        places = m * REACH / step  # of as many hypotheses as there might be
         return most + np.log(weights.sum() / places), weights / weights.sum(), np.array(filters).T, taus
+
+    def _freed(self, reached, u):
+        """Return the filter half a sample on, for each parameter with that one freed, and once more as it is.
+
+        And S (m, n): what a jump of one makes of the state in the second half of the step.
+        """
+        est, size, h = self.est, self.jumps.size, 1e-3 * self.jumps.size
+        n, m, k = est.model.n, est.model.N - est.model.n, est.model.inputs
+        spread = np.zeros((m, n))
+        if est.formulas.is_continuous:
+            middle = np.append(u[0, :k], 0.5 * (u[0, k] + u[1, k]))
+            reached = self._filter(reached, self._nothing, middle[None])
+            rows = np.repeat(reached, 2 * m)
+            rows["D"] = 0.0
+            rows["theta"] += h * np.vstack([np.eye(m), -np.eye(m)])
+            x = self._filter(rows, self._nothing, u[1:])["x"]
+            spread = (x[:m] - x[m:]) / (2 * h)
+        begun, P = np.repeat(reached, m + 1), ud.unpack(reached["U"][0], reached["D"][0])
+        for i in range(m):
+            self._spread(begun[i], P, np.eye(n + m)[n + i] * size)
+        return begun, spread
+
+    def _arrived(self, rows, u, spread):
+        """Return the filters at the sample after, before its outputs: the jump was anywhere within the step."""
+        if not self.est.formulas.is_continuous:
+            return rows
+        rows = self._filter(rows, self._nothing, u)
+        for row, own in zip(rows, spread):
+            more = np.concatenate([own, np.zeros(len(spread))]) * (self.jumps.size * WITHIN)
+            self._spread(row, ud.unpack(row["U"], row["D"]), more)
+        return rows
+
+    def _spread(self, row, P, along):
+        """Write the covariance P, more uncertain along some direction, into a state."""
+        U, row["D"] = ud.factor(P + np.outer(along, along))
+        row["U"] = U[ud.packed_indices(len(along))]
 
     def _noted(self, note):
         """Return the filter as it was noted, noise and covariance with their scale."""
@@ -209,6 +252,7 @@ class Jumping:
         of_each = weights.sum(axis=1)
         since = state["kept"] - taus[int(np.argmax(weights.sum(axis=0)))]
         state["is_new"], state["kept"] = 1.0, 0.0
+        state["counted"], state["blocks"], state["chain"], state["wide"] = 0.0, 0.0, 0.0, 1.0
         if est.starting is not None:
             est.starting.end(state)
         state["status"] = int(state["status"]) | JUMP

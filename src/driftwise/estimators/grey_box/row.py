@@ -9,6 +9,7 @@ from ...engine.layout import Field, Layout, each, joined, numbers, policy
 from ..common.columns import SAMPLE
 from ..common.given_state import COUNTS, room_size
 from ..state_space.row import CHI2, HEAD, OBSERVED, READY, SAMPLES, SCORE, STATUS, TIME  # noqa: F401
+from .colour import KEPT, LEVELS, WEIGHTS
 
 IS_NEW, EDGE, MODES, OTHER_LOGLIK = range(len(HEAD), len(HEAD) + 4)  # of the head of a row, behind those it shares
 STATISTIC, SINCE, WHICH, DENSITY = range(4)  # behind the columns of the outputs
@@ -26,6 +27,7 @@ class GreyBoxForm(NamedTuple):
     fades: Size  # 1: the memory says how many samples count
     learns: Size  # 1: it takes a sample in by its own rule
     slopes: Size  # 1: the detector wants the slopes of the innovations by the parameters
+    colours: Size  # 1: bars are wider where residuals are not white
     is_continuous: float  # 1: the formulas are derivatives by time
     is_linear: float  # 1: they are linear in the state
     is_timed: float  # 1: the memory goes by seconds, else by samples
@@ -62,6 +64,10 @@ GREY_BOX = Layout(
     Field("bend", ("m",), "how much the record bends over one deviation of a parameter, per deviation"),
     Field("fitted", ("m",), "what the start has found so far"),
     Field("other", ("m",), "the second set of parameters, where there is one"),
+    Field("wide", ("m",), "factor of each parameter's variance, for residuals that are not white"),
+    Field("chain", ("outputs * colours", f"{WEIGHTS} + 2 * m"), "each output: what its innovations say of the next"),
+    Field("counted", ("colours",), "samples that were counted for it"),
+    Field("blocks", (f"{LEVELS * KEPT} * colours", "m"), "sums over them in blocks of 1, 2, 4, ..: colour.py"),
     policy("detector_state", of="detector"),
     policy("memory_state", of="memory"),
     Field("counts", (f"{COUNTS} * fades",), "samples that count, for sigma^2 and for the gain; log density of all"),
@@ -79,6 +85,7 @@ def has_room(form):
 SCRATCH = Layout(
     *each("N", psi="row of an output", f="U' psi", b="vector", c="vector", point="where formulas are taken"),
     *each("m", values="parameters in their units", rates="their slopes by the transformed ones"),
+    *each("m", c_part="of a sample: what it adds to each parameter", v_part="expected variance of that"),
     *each("n", dx="", next=""),
     Field("slopes", ("n", "n + inputs + m"), "of dx"),
     Field("y", ("outputs",)),

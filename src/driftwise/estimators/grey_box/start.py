@@ -8,6 +8,7 @@ quarter, a half and all of the samples are there.
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import NamedTuple
 
 import numpy as np
@@ -17,6 +18,7 @@ from ...engine.errors import InputError, refuse_class
 from ...engine.status import BAD_VALUE, LOST, MISSING_OUTPUT, NOT_READY, NOT_STARTED, REJECTED, STARTED, UNDEFINED
 from ...results.snapshot import register
 from ..common.given_state import COUNT, SCORE
+from .colour import fill, weigh_blocks
 
 LONGER, NARROW = 4, 0.1  # times the samples, where some parameter's deviation is not below this
 LEAST, EACH = 128, 32  # samples of a start: at least, and for each unknown
@@ -190,6 +192,7 @@ class Starting:
         state["D"], state["U"] = ud.factor_root(root)
         state["in_a_row"], state["detector_state"], state["is_new"], state["edge"] = 0.0, 0.0, 1.0, 0.0
         state["bend"] = batch.bending(best, P) / np.sqrt(np.diag(P)[:m])
+        self._colour(state, *batch.scores(best, P[:m, :m]))
         state["fitted"] = best.z[:m]
         state["modes"], state["other"], state["other_loglik"] = len(fits), 0.0, 0.0
         if len(fits) > 1:
@@ -200,6 +203,13 @@ class Starting:
             state["counts"][SCORE], state["chi2"] = -score, state["counts"][COUNT]
         else:
             state["chi2"] = state["observed"]
+
+    def _colour(self, state, nu, w) -> None:
+        """Say how white what the fit leaves over is."""
+        form = self.est.policies[0]
+        if form.colours:
+            fill(state, nu, w)
+            weigh_blocks(form, SimpleNamespace(**{name: state[name] for name in ("blocks", "wide", "U", "D")}))
 
 
 class Batch:
@@ -314,6 +324,15 @@ class Batch:
             information = slopes @ slopes.T + 0.5 * widths @ widths.T + np.diag(self.prior)
             found.append((Fit(z.copy(), float(v[0]), information, rows[at].copy()), np.nan_to_num(gradient)))
         return found
+
+    def scores(self, best: Fit, P) -> tuple[np.ndarray, np.ndarray]:
+        """Return the white innovations (T, p), and what they weigh in each parameter, (T, p, m): see `colour`."""
+        m, p, h = self.m, self.y.shape[1], self.h[: self.m]
+        steps = np.pad(np.diag(h), ((0, 0), (0, self.size - m)))
+        _, _, e, V = self.run(best.z + np.concatenate([np.zeros((1, self.size)), steps, -steps]))
+        psi = (e[m + 1 :] - e[1 : m + 1]) / (2 * h[:, None]) / np.sqrt(V[0])
+        w = (P / np.diag(P)[:, None]) @ np.nan_to_num(psi)
+        return (e[0] / np.sqrt(V[0])).reshape(-1, p), w.T.reshape(-1, p, m)
 
     def bending(self, best: Fit, P) -> float:
         """Return how far one deviation along some axis bends the record away from a straight line, in its noise.

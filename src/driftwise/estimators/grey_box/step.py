@@ -54,6 +54,7 @@ from ..joint.row import HUGE
 from ..joint.step import part_from_parameters, slope_of
 from ..state_space.step import log_density
 from . import row
+from .colour import add_output, take_colour
 from .row import GreyBoxForm, has_room
 from .transform import LOGISTIC, in_units
 from .transition import is_number, step_plant
@@ -240,10 +241,12 @@ def take_in(form, memory, s, state, scratch, e, s2):
 def correct(form, plant, memory, gate, scale, detector, s, state, scratch, y, out, t):
     """Take the outputs of a sample in, one after the other; return alarm, mean squared surprise, log density."""
     head, p, alarm, surprise, density, taken = state.head, int(form.outputs), 0.0, 0.0, 0.0, 0.0
-    is_bent, C, own = bends(form, state) > BENDS, out.shape[1], 4 * p + 4
+    is_bent, C, first = bends(form, state) > BENDS, out.shape[1], 4 * p + 4
+    for j in range(scratch.c_part.size):
+        scratch.c_part[j], scratch.v_part[j] = 0.0, 0.0
     for i in range(p):
-        if C > own:
-            out[t, own + i], out[t, own + p + i] = math.nan, math.nan
+        if C > first:
+            out[t, first + i], out[t, first + p + i] = math.nan, math.nan
         if int(out[t, 3 * p + i]) & (MISSING_OUTPUT | UNDEFINED):
             continue
         s2, r = known_so_far(form, scale, state), state.noise[i]
@@ -265,15 +268,18 @@ def correct(form, plant, memory, gate, scale, detector, s, state, scratch, y, ou
             e = take_formulas_anew(form, plant, s, state, scratch, y[t, i], i)
         if form.slopes > 0.0:
             separate(state.U, scratch.f, room_of(form, scratch))
+        own = predicted_variance(scratch.f[: int(form.n)], state.D[: int(form.n)], 1.0)
         T = take_in(form, memory, s, state, scratch, e, s2)
         if not T > 0.0:
             out[t, 3 * p + i] = EXACT
             continue
-        if C > own:
-            out[t, own + i], out[t, own + p + i] = e * r, s2 * T * r * r
+        if C > first:
+            out[t, first + i], out[t, first + p + i] = e * r, s2 * T * r * r
         taken += 1.0
         white, gain = e / math.sqrt(s2 * T), e * e / T
         surprise += white * white
+        if form.colours > 0.0:
+            add_output(state, scratch, int(form.n), i, white, own)
         if form.fades > 0.0:
             density -= 0.5 * (log(2.0 * math.pi * s2 * T) + white * white) + log(r)
             state.counts[COUNT], head[row.CHI2], state.counts[WEIGHT] = count(
@@ -293,6 +299,8 @@ def correct(form, plant, memory, gate, scale, detector, s, state, scratch, y, ou
             found = watch(detector, state.detector_state, white, room.b[:slopes])
             alarm = found if found != 0.0 else alarm
     head[row.SCORE] += density
+    if form.colours > 0.0 and taken > 0.0:
+        take_colour(form, state, scratch)
     return alarm, surprise / taken if taken > 0.0 else math.nan, density
 
 
@@ -342,7 +350,8 @@ def write(form, scale, s, state, scratch, out, t):
     if C > first + N:
         variances(state.U, state.D, scratch.c)
         for i in range(N):
-            out[t, first + N + i] = math.sqrt(s2 * scratch.c[i])
+            wide = state.wide[i - int(form.n)] if i >= int(form.n) else 1.0
+            out[t, first + N + i] = math.sqrt(s2 * wide * scratch.c[i])
 
 
 @advance.on(GreyBoxForm)

@@ -107,8 +107,9 @@ class GreyBoxTrace(ObserverTrace):
     def jumps(self, limit: int = 10_000) -> list[Event]:
         """Return an event for each alarm: which parameter moved, by how much, and since when.
 
-        The estimate some samples later (before the next alarm) is held against that before the jump; it is named where
-        the two are three of their deviations apart, the one for which that is most.
+        The estimate some samples later (before the next alarm) is held against that before the jump. Where fits look
+        for jumps they name the parameter; else it is the one for which the two are furthest apart, three of their
+        deviations at least.
         """
         status = self.status.reshape(len(self), -1)[:, 0]
         where = np.flatnonzero(status & int(Status.JUMP))[:limit]
@@ -125,7 +126,8 @@ class GreyBoxTrace(ObserverTrace):
             change, spread = theta[later] - theta[before], np.hypot(std[later], std[before])
             z = np.divide(change, spread, out=np.zeros(len(change)), where=spread > 0)
             most = int(which) if which >= 0 else int(np.argmax(abs(z)))
-            if abs(z[most]) > MOVED:
+            is_named = which >= 0 and self.estimator.jumping is not None  # by its likelihood
+            if is_named or abs(z[most]) > MOVED:
                 one = self.estimator.formulas.free[most]
                 name, way = one.name, int(np.sign(change[most]))
                 is_positive = values[before, most] > 0 and one.kind != "linear" and one.origin >= 0
