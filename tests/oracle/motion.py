@@ -17,8 +17,11 @@ TINY = 1e-12  # no evidence is quite nothing
 
 
 def van_loan(A, W, d):
-    """Return F and Q of x' = A x + noise of intensity W over d seconds."""
+    """Return F and Q of x' = A x + noise of intensity W over d seconds, by halves where much is forgotten."""
     n = len(A)
+    if np.max(np.abs(np.diag(A))) * d > 1.0:  # exp(-A d) would take all digits
+        F, Q = van_loan(A, W, 0.5 * d)
+        return F @ F, F @ Q @ F.T + Q
     E = scipy.linalg.expm(np.block([[-A, W], [np.zeros((n, n)), A.T]]) * d)
     F = E[n:, n:].T
     return F, F @ E[:n, n:]
@@ -376,7 +379,9 @@ class Follower:
             z = np.maximum(e * e / noise / g, 1e-8 * unit)
             self.log = self.log + (np.log(z) + learning.LOG_MEAN - self.log) / (self.seen - 1 + self.trust)
         pace, most = max(1 / self.noise, 1 / (self.seen + 3)), np.maximum(learning.MOST, self.surprise)
-        grow = np.ones_like(S) if early else 1 + (np.minimum((y - self.mean) ** 2 / S, most) - 1) * pace
+        z2 = (y - self.mean) ** 2 / S
+        pace = np.where(np.minimum(z2, self.surprise) > learning.LOUD, learning.AT_ONCE, pace)
+        grow = np.ones_like(S) if early else 1 + (np.minimum(z2, most) - 1) * pace
         grow[~self.known] = 1.0
         for member, factor in zip(self.kalman, grow):
             member.correct(y, unit, g)

@@ -175,7 +175,24 @@ def test_two_nameless_plots_within_reach_of_a_track_that_was_not_seen_are_its():
     time = 4.0 * np.arange(60)
     error = rng.standard_normal((60, 2)) * np.where(np.arange(60) < 20, 0.02, 20.0)[:, None]
     tracker = run(plots(time, np.stack([200 * time, 50 * time], axis=1) + error))
-    assert [len(t) for t in tracker.tracks] == [60]
+    (track,) = tracker.tracks
+    assert len(track) + tracker.counts["discarded"] == 60 and tracker.counts["discarded"] < 2  # one beyond the gate
+
+
+def test_a_slow_radar_that_sees_all_more_often_goes_on_with_its_tracks():
+    """Reports every 3 s, every second, every 10 s, every second: one alone seems a second plot of its scan."""
+    time = np.cumsum(np.repeat([3.0, 1.0, 10.0, 1.0], 15))
+    two = [plots(time, np.stack([5.0 * time + x, 0.0 * time], axis=1), sensor="radar") for x in (0.0, 4000.0)]
+    tracks = run(together(*two), estimator="boat").tracks
+    assert len(tracks) == 2 and min(len(t) for t in tracks) >= 59
+
+
+def test_two_wild_plots_of_a_key_are_no_second_object():
+    data = flight(200, key="K")
+    position = data.position.copy()
+    position[[80, 86, 92]] += [[0.0, 30_000.0], [0.0, 31_000.0], [0.0, 33_000.0]]
+    tracker = run(replace(data, position=position))
+    assert [len(t) for t in tracker.tracks] == [197]
 
 
 def test_a_track_is_where_it_was_before_a_wild_plot():

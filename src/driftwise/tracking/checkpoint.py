@@ -14,9 +14,9 @@ from ..estimators.track.estimator import TrackEstimator
 from .live import Event, Live, Plot
 from .plots import Fault
 
-SCHEMA = 2  # 2: a track remembers a plot that may be wild, an inbox how rare plots are
+SCHEMA = 3  # 3: two members more, and the time of the plot before the last
 PLAIN = "id key follows clock name code status period count allowance place due rival".split()  # of a track
-COUNTED = "counts time begun numbers".split()  # of the targets
+COUNTED = "counts time before begun numbers".split()  # of the targets
 
 
 def save(tracker, path) -> None:

@@ -21,7 +21,11 @@ from .scans import Scans
 UNKNOWN = 30.0  # s: the scan period assumed before one is known, where plots are not rarer
 REPEAT = 0.02, 0.05  # scan periods, s: within both, a second plot of a track tells the first one again
 SUSPECTS = 8  # plots set aside that are remembered for a key
-NAMED = 4.0  # times as many scans without a plot as others may a track have that its plots name
+TWICE = 0.2, 0.5  # scan periods, and shortest of the last scans: no sensor sees an object twice in less
+NAMED = (
+    4.0  # times as many scans without a plot as others may a track have that its plots name, or that nobody else had
+)
+ALLOWED = 5.0, 0.25, 3.0  # deviations of a forecast that are allowed; s of what is fast, at least; and scans, at most
 CODE = re.compile(r"A[0-7]{4}$")  # a Mode A code
 CLIMB, LEVELS = 50.0, 300.0  # m/s, m: altitudes that differ by more are two objects
 AT = TRACK_SAMPLE.slices(2)  # of a trace's row
@@ -46,7 +50,7 @@ class Targets:
 
     def __init__(self, estimator: TrackEstimator, rules: Rules, inbox: Inbox):
         self.estimator, self.rules, self.inbox = estimator, rules, inbox
-        self.time = -math.inf  # of the last plot
+        self.time = self.before = -math.inf  # of the last plot, and of the one before it
         self.begun = 0
         self.counts = dict.fromkeys(("plots", "late", "repeated", "outliers", "discarded"), 0)
         self.events: list[Event] = []
@@ -77,7 +81,7 @@ class Targets:
                 return
             for track in list(self.live.values()):
                 self._end(track, self.time, "the clock went back")
-        self.time = plot.time
+        self.before, self.time = self.time, plot.time
         self.look(plot.time)
         if plot.key or self.rules.single:
             self._use_key(plot)
@@ -86,10 +90,10 @@ class Targets:
         if found is None:
             self._begin(plot).rival = near.id if near else 0
         elif old := self._rivalled(found):
-            self.counts["discarded"] -= found.count
             self._end(found, plot.time, f"it is track {old.id}")
-            self._extend(old, found.last)
-            self._extend(old, plot)
+            for one in (*self._since(found, old.last.time), plot):
+                self._extend(old, one)
+                self.counts["discarded"] -= one is not plot
         else:
             self._extend(found, plot)
 
@@ -106,7 +110,11 @@ class Targets:
             self._extend(track, plot)
             return
         if fitting := [t for t in alive if self._reaches(t.sure, plot, t.allowance)]:
-            self._extend(min(fitting, key=lambda t: _miss(t, plot)) if fitting[1:] else fitting[0], plot)
+            best = max(fitting, key=lambda t: t.count)
+            for other in fitting:  # where one plot is of both, they are one
+                if other is not best:
+                    self._end(other, plot.time, f"it is track {best.id}")
+            self._extend(best, plot)
             return
         allowance = min(t.allowance for t in alive)
         suspects = self.suspects.setdefault(plot.key, [])
@@ -160,9 +168,17 @@ class Targets:
         return found, near
 
     def _rivalled(self, track: Live) -> Live | None:
-        """Return the track that a new one is really of: beside its first plot, and not seen since."""
-        old = self.live.get(track.rival) if track.count == 1 else None
+        """Return the track that a new one is really of: beside its first plot, and not seen since its last."""
+        old = self.live.get(track.rival) if track.status == TENTATIVE else None
         return old if old and old.last.time < track.last.time else None
+
+    def _since(self, track: Live, time: float) -> list[Plot]:
+        """Return the plots of a track after a time."""
+        words = list(self.numbers)
+        made = []
+        for t, east, north, *R, altitude, key, name, sensor in track.rows[track.rows[:, 0] > time, :11].tolist():
+            made.append(Plot(t, east, north, tuple(R), altitude, *(words[int(k)] for k in (key, name, sensor))))
+        return made
 
     def _may_take(self, track: Live, plot: Plot, addressed: bool) -> bool:
         """Say whether a plot that does not name the track may be of it."""
@@ -170,7 +186,8 @@ class Targets:
             return False
         seen = track.clock.get(plot.sensor)
         past = plot.time - track.last.time
-        if seen and plot.time - seen[0] < 0.5 * track.period:
+        usual, least = TWICE
+        if seen and plot.time - seen[0] < min(usual * track.period, least * min(seen[1:], default=math.inf)):
             return False  # this sensor has already seen it in this scan
         return not abs(plot.altitude - track.last.altitude) > LEVELS + CLIMB * past  # unknown altitudes agree
 
@@ -207,8 +224,11 @@ class Targets:
         track.motion = float(out[EAST_SPEED]), float(out[NORTH_SPEED])
         variance = float(max(out[AT["base"]]) * out[SPREADING])  # of the forecast that there was
         if track.count > 1 and 0 <= variance < math.inf:
-            least, most = 0.25 * self.rules.fastest, self.rules.fastest * max(track.period, 1.0)
-            track.allowance = min(max(5 * math.sqrt(variance), least), most)
+            deviations, least, most = ALLOWED
+            most *= max(track.period, 1.0)
+            track.allowance = min(
+                max(deviations * math.sqrt(variance), least * self.rules.fastest), most * self.rules.fastest
+            )
         self.places.move(track)
         if track.status == COASTING:
             track.status = CONFIRMED
@@ -230,7 +250,8 @@ class Targets:
         N, M = self.rules.confirm
         if track.count < N:
             return
-        if track.last.time - track.rows[-N, 0] <= (M - 0.5) * (track.period or self._unknown):
+        period = min((t.period for t in self.of_key.get(track.key, ()) if t.period), default=track.period)
+        if track.last.time - track.rows[-N, 0] <= (M - 0.5) * (period or self._unknown):
             track.status = CONFIRMED
             self._tell(track.last.time, track, "confirmed", f"{N} plots within {M} scans")
 
@@ -248,7 +269,8 @@ class Targets:
 
     def _deadline(self, track: Live) -> float:
         N, M = self.rules.confirm
-        gap = self.rules.gap * (NAMED if self._has_key(track) else 1.0)
+        is_silent = self.before <= track.last.time + self.rules.coast * (track.period or self._unknown)
+        gap = self.rules.gap * (NAMED if self._has_key(track) or is_silent else 1.0)
         scans = {TENTATIVE: M - N + 1.5, CONFIRMED: self.rules.coast + 0.5, COASTING: gap}
         return track.last.time + scans[track.status] * (track.period or self._unknown)
 

@@ -39,8 +39,8 @@ class Tracker:
     coast : float
         Scan periods without a plot after which a confirmed track is coasting.
     gap : float
-        Scan periods without a plot after which it has ended, four times as many where plots name it; what comes later
-        is a new track that follows it.
+        Scan periods without a plot after which it has ended, four times as many where plots name it, or where
+        nobody else was seen either; what comes later is a new track that follows it.
     gate : float
         Standard deviations within which a plot without a key belongs to a track.
     single : bool

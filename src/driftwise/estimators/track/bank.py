@@ -10,7 +10,17 @@ from ...engine.layout import Field, Layout, each, numbers
 
 # of a velocity forgotten at rate alpha, under white acceleration of intensity q: alpha T, q T^3 / r; constant velocity,
 # and wandering: what a turn looks like that is too fast for the radar
-STRAIGHT = ((0.0, 1e-4), (0.0, 1e-3), (0.0, 1e-2), (0.0, 0.1), (0.0, 1.0), (0.0, 10.0), (0.5, 100.0))
+STRAIGHT = (
+    (0.0, 1e-4),
+    (0.0, 1e-3),
+    (0.0, 1e-2),
+    (0.0, 0.1),
+    (0.0, 1.0),
+    (0.0, 10.0),
+    (0.5, 100.0),
+    (10.0, 1e3),
+    (10.0, 1e5),
+)
 # of an acceleration forgotten at rate alpha, under white jerk of intensity j: alpha T, j T^5 / r
 CURVED = ((0.0, 1.0), (0.2, 1e-2), (0.2, 1.0), (0.2, 100.0))
 # of a coordinated turn: q T^3 / r

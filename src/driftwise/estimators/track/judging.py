@@ -9,7 +9,7 @@ import math
 
 from ...engine.dispatch import kernel
 from ...engine.elementary import exp, log, log1p, square
-from . import bank, circle, linear, pole
+from . import bank, circle, learning, linear, pole
 
 FREEDOM = 6.0  # of the Student-t by which bank.members are judged
 GENTLE = 250.0  # s, from rest to the speed of the class: an acceleration that is no manoeuvre
@@ -118,7 +118,7 @@ def judge(task, row, C, T, y, unit, w, mean, S, scores):
     for i in range(M):
         scores[i] = 0.0
         for c in range(C):
-            if math.isfinite(mean[i, c]):
+            if math.isfinite(mean[i, c]) and not learning.shows_lattice(row, C, c, y):
                 z2 = square(y[c] - mean[i, c]) / S[i, c]
                 scores[i] += -0.5 * log(S[i, c]) - 0.5 * (FREEDOM + 1.0) * log1p(z2 / FREEDOM)
         if math.isfinite(mean[i, 0]):

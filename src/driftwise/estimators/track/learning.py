@@ -13,6 +13,7 @@ from ...engine.elementary import exp, log, square
 from . import bank, circle, linear, pole
 
 MOST = 9.0  # that one e^2/S counts for the noise, unless the last was as large
+LOUD, AT_ONCE = 25.0, 0.5  # two such in a row are no accident: so much of the second the noise takes at once
 FUZZ, EXACT = 0.01, 1e-9  # of a lattice's step, and of a step itself: what is no difference
 LEAST_COUNT = 1e-3  # of the tails, of what they start with
 YOUNG = 20.0  # plots, memory of the tails at first
@@ -101,6 +102,13 @@ def is_exact(row, C, c, y):
 
 
 @kernel
+def shows_lattice(row, C, c, y):
+    """Say whether a plot is the first to leave a lattice whose step is not known: how far it goes says nothing."""
+    was_still = row[bank.of_coordinate(C, bank.STILL, c)] > 0.0 and row[bank.of_coordinate(C, bank.GRAIN, c)] == 0.0
+    return was_still and not is_exact(row, C, c, y)
+
+
+@kernel
 def outlying(C, parts):
     """Return how likely a plot is an outlier: that a wide scale of the tails has made it."""
     most = 0.0
@@ -150,8 +158,11 @@ def follow(task, row, C, i, T, mean, S, y, unit, scale, c):
     if row[bank.of_coordinate(C, bank.GRAIN, c)] == 0.0 and is_exact(row, C, c, y):
         return scale  # as on a lattice whose step is not known: nothing is learnt
     z2 = square(y[c] - mean[i, c]) / S[i, c]
-    most = max(MOST, row[bank.of_coordinate(C, bank.SURPRISE, c)])  # two in a row are no accident
-    scale *= 1.0 + (min(z2, most) - 1.0) * max(1.0 / task.noise, 1.0 / (row[bank.SEEN] + 3.0))
+    last = row[bank.of_coordinate(C, bank.SURPRISE, c)]
+    most, share = max(MOST, last), max(1.0 / task.noise, 1.0 / (row[bank.SEEN] + 3.0))
+    if min(z2, last) > LOUD:
+        share = AT_ONCE
+    scale *= 1.0 + (min(z2, most) - 1.0) * share
     return max(scale, least_variance(task, row, T, c) / unit[c])
 
 

@@ -132,6 +132,10 @@ def tell_state(row, C, T, w, unit, x, V, total, out):
                     total[j, k] = old * total[j, k] + new * (V[j, k] + old * apart)
             for j in range(n):
                 mean[j] += new * (x[j] - mean[j])
+    for c in range(C):  # plots that repeat themselves on a lattice have one error, and not as many
+        if row[bank.of_coordinate(C, bank.STILL, c)] > 0.0:
+            least = square(row[bank.of_coordinate(C, bank.GRAIN, c)]) / 12.0
+            total[3 * c, 3 * c] = max(total[3 * c, 3 * c], least)
     at = bank.sample_at(C).covariance
     for j in range(n):
         for k in range(j, n):
