@@ -300,3 +300,23 @@ def test_what_unpacks_without_end_is_refused_before_it_is_held(monkeypatch):
         unpacked(data, "bomb.csv.gz")
     assert tracemalloc.get_traced_memory()[1] < 8 << 20
     tracemalloc.stop()
+
+
+@pytest.mark.parametrize(
+    ("head", "row", "scale"),
+    [
+        ("#timestamp [ns],p_RS_R_x [m],p_RS_R_y [m],p_RS_R_z [m],q_w", "{ns},{x},{y},1.5,1", 1.0),
+        ("Frame,Time (s),Position X (mm),Position Y (mm),Position Z (mm)", "{k},{s},{x},{y},1500", 1e-3),
+        ("header.stamp;pose.position.x;pose.position.y;pose.position.z", "{ns};{x};{y};1.5", 1.0),
+        ("timestamp tx ty tz qx qy qz qw", "{s} {x} {y} 1.5 0 0 0 1", 1.0),
+    ],
+)
+def test_tables_of_motion_capture(tmp_path, head, row, scale):
+    """Positions of a rigid body in a room, whole nanoseconds, pictures counted beside."""
+    rows = [
+        row.format(k=k, s=1.7e9 + k / 100, ns=1_700_000_000 * 10**9 + k * 10**7, x=1.2 + k, y=0.7) for k in range(40)
+    ]
+    plots = read_plots(written(tmp_path, "body.csv", "\n".join([head, *rows])))
+    np.testing.assert_allclose(np.diff(plots.time), 0.01, atol=1e-6)
+    np.testing.assert_allclose(plots.position[:, 0], scale * (1.2 + np.arange(40)))
+    np.testing.assert_allclose(plots.altitude, 1.5)

@@ -277,3 +277,27 @@ def test_damaged_files_give_plots_and_faults_or_a_clear_refusal(tmp_path):
             assert np.isfinite(plots.position).all() and (np.diff(plots.time) >= 0).all()
             assert all(fault.source in (str(path), "plots") and fault.what for fault in plots.faults)
     assert read > 200 and len(refused) > 100 and all(text.startswith(str(path)) for text in refused)
+
+
+def test_a_receiver_among_many_instruments_of_a_boat(tmp_path):
+    """A plotter's log: one sentence in eleven has a position; all of them are the boat's own, gaps or none."""
+    others = (
+        "SDDBT,30.1,f,9.1,M,5.0,F WIMWV,120.0,R,10.5,N,A HCHDM,045.0,M VWVHW,,T,045.0,M,5.9,N,,K YXMTW,12.0,C".split()
+    )
+    others += "IIVLW,100.0,N,1.0,N TIROT,0.0,A SDDPT,9.1,0.5 ERRPM,E,1,1500,,A PMGNST,02.1,3".split()
+    lines = []
+    for k in [*range(60), *range(600, 660)]:
+        fix = f"GPGGA,10{k // 60:02d}{k % 60:02d},50{48 + k * 2e-3:07.4f},N,00118.0000,W,1,08,1.0,5.0,M,47.0,M,,"
+        lines += [sentence(body) for body in (*others, fix)]
+    plots = read_plots(written(tmp_path, "gull 7.nmea", "\n".join(lines)))
+    assert len(plots) == 120 and set(plots.key) == {"gull 7"} and not plots.faults
+
+
+def test_what_a_receiver_writes_of_itself_is_one_object(tmp_path):
+    header, rows = (
+        "timestamp,latitude,longitude,{}\n",
+        [f"{1.7e9 + k:.0f},{51 + k * 1e-5:.5f},0.1,8\n" for k in range(9)],
+    )
+    own = read_plots(written(tmp_path, "walk.csv", header.format("satellites") + "".join(rows)))
+    seen = read_plots(written(tmp_path, "seen.csv", header.format("quality") + "".join(rows)))
+    assert set(own.key) == {"walk"} and set(seen.key) == {""}

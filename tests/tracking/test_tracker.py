@@ -365,3 +365,14 @@ def recorded(path):
     returns = [p for p in json.loads(path.read_text())["waypoints"] if p["site"] != "anchor"]
     time = [datetime.fromisoformat(p["utc"]).timestamp() for p in returns]
     return placed(time, [p["lat"] for p in returns], [p["lon"] for p in returns])
+
+
+def test_plots_are_missed_of_scans_alone():
+    """Who reports when it likes, a ship by its speed, misses nothing."""
+    rng = np.random.default_rng(2)
+    time = np.cumsum(rng.choice([2.0, 3.3, 6.0, 10.0, 17.0], 120) * rng.uniform(0.9, 1.1, 120))
+    ship = run(plots(time, time[:, None] * [8.0, 2.0], key="244660000"), estimator="boat").tracks[0]
+    assert not ship.is_scanned and ship.missed == 0
+    seen = 4.0 * np.flatnonzero(rng.random(120) < 0.7) + rng.normal(0, 0.1)
+    radar = run(plots(seen, seen[:, None] * [80.0, 20.0] + rng.normal(0, 30, (len(seen), 2)), key="4BAA5F")).tracks[0]
+    assert radar.is_scanned and radar.missed == round((seen[-1] - seen[0]) / 4) + 1 - len(seen)

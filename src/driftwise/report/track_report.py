@@ -158,9 +158,10 @@ def when(time: float, with_day: bool = True) -> str:
 
 def cells(found: Row, *, with_day: bool = False) -> list[str]:
     """Return a row as it is printed."""
+    missed = str(found.missed) if found.track.is_scanned else "\u2013"
     return [
         found.label, found.name, when(found.start, with_day), when(found.end, with_day), str(found.plots),
-        str(found.missed), number(found.speed, 3) if found.speed == found.speed else "\u2013", str(found.manoeuvres),
+        missed, number(found.speed, 3) if found.speed == found.speed else "\u2013", str(found.manoeuvres),
         fixed(found.nis, 2), fixed(100 * found.coverage, 1), found.status,
     ]  # fmt: skip
 

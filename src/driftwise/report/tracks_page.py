@@ -72,13 +72,14 @@ def _cards(rows, faults) -> list[str]:
     if not rows:
         return []
     start, end = min(r.start for r in rows), max(r.end for r in rows)
-    plots, missed = sum(r.plots for r in rows), sum(r.missed for r in rows)
+    plots, scanned = sum(r.plots for r in rows), [r.missed for r in rows if r.track.is_scanned]
+    missed = f"{sum(scanned)} missed, " if scanned else ""
     objects = track_report.objects(rows)
     value, _, unit = lasting(end - start).partition(" ")
     there = [
         Card("Objects", str(objects), f"{len(rows)} tracks" if len(rows) > objects else "followed"),
         Card("Time", value, "first plot to last", unit=unit),
-        Card("Plots", str(plots), f"{missed} missed, {count_of(skipped(faults), 'record')} skipped"),
+        Card("Plots", str(plots), f"{missed}{count_of(skipped(faults), 'record')} skipped"),
     ]
     turning, speeds = [r for r in rows if r.turns], [r.speed for r in rows if r.speed == r.speed]
     whose = f", by {track_report.objects(turning)} of {objects}" if objects > 1 else ""

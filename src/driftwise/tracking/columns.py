@@ -10,17 +10,18 @@ from ..tables.source import resolve
 
 NAMES = {  # the commonest first
     "time": "timestamp time datetime dateandtime basedatetime datetimeutc utcdatetime utc utctime timeutc gpstime "
-    "epoch unixtime unix ts t receivetime recvtime rxtime mintime timeofday tod daytime zeitstempel zeit uhrzeit now",
+    "epoch unixtime unix ts t receivetime recvtime rxtime mintime timeofday tod daytime zeitstempel zeit uhrzeit now "
+    "stamp headerstamp fieldheaderstamp",
     "position_time": "lastposupdate lastposition lastpositionupdate timeposition positiontime",
     "date": "date day datum",
     "latitude": "latitude lat breite breitengrad",
     "longitude": "longitude lon lng long laenge länge längengrad",
-    "east": "east easting e x ost",
-    "north": "north northing n y nord",
+    "east": "east easting e x ost positionx posx tx translationx posepositionx fieldposepositionx prsrx",
+    "north": "north northing n y nord positiony posy ty translationy posepositiony fieldposepositiony prsry",
     "range": "range slantrange rho distance dist r",
     "azimuth": "azimuth azi az theta bearing",
     "altitude": "altitude alt height geoaltitude altgeom baroaltitude altbaro altitudebaro flightlevel fl modec ele "
-    "elevation z höhe hoehe",
+    "elevation z höhe hoehe positionz posz tz translationz posepositionz fieldposepositionz prsrz",
     "key": "icao24 icao icaoaddress hexident hex address modesaddress targetaddress mmsi trackid tracknumber targetid "
     "target objectid object id vehicleid vesselid aircraftid deviceid",
     "name": "vesselname shipname name callsign flight flightid ident registration",
@@ -28,11 +29,26 @@ NAMES = {  # the commonest first
     "speed": "groundspeed gs velocity speed sog",
     "frame": "frame rawmsg rawmessage",
 }
+RECEIVER = frozenset(  # what a satellite receiver tells of a fix: the positions are its own
+    "satellites satellitesused numsatellites numsats nsats nsat sats numsv hdop pdop vdop fixtype fixquality gpsfix "
+    "hacc horizontalaccuracy".split()
+)
 ROLES = {role: {word: rank for rank, word in enumerate(words.split())} for role, words in NAMES.items()}
 FRAMES = (("latitude", "longitude"), ("east", "north"), ("range", "azimuth"))  # of position; the first complete is used
-METRES = {"m": 1.0, "km": 1e3, "ft": 0.3048, "kft": 304.8, "NM": 1852.0, "FL": 30.48, "mi": 1609.344}
+METRES = {
+    "m": 1.0,
+    "mm": 1e-3,
+    "cm": 1e-2,
+    "km": 1e3,
+    "ft": 0.3048,
+    "kft": 304.8,
+    "NM": 1852.0,
+    "FL": 30.48,
+    "mi": 1609.344,
+}
 UNITS = {
-    "m": "m", "metre": "m", "metres": "m", "meter": "m", "meters": "m", "km": "km", "nm": "NM", "nmi": "NM", "mi": "mi",
+    "m": "m", "metre": "m", "metres": "m", "meter": "m", "meters": "m", "mm": "mm", "cm": "cm",
+    "millimetres": "mm", "millimeters": "mm", "km": "km", "nm": "NM", "nmi": "NM", "mi": "mi",
     "ft": "ft", "feet": "ft", "foot": "ft", "kft": "kft", "fl": "FL", "deg": "deg", "degree": "deg", "degrees": "deg",
     "°": "deg", "rad": "rad", "radian": "rad", "radians": "rad", "s": "s", "sec": "s", "seconds": "s", "ms": "ms",
     "us": "us", "µs": "us", "ns": "ns", "min": "min", "h": "h", "kt": "kt", "kts": "kt", "knots": "kt", "m/s": "m/s",
@@ -114,6 +130,11 @@ def _overridden(taken, names, columns, units):
         if asked and frame not in asked:
             taken.update({role: [] for role in frame})
     return taken
+
+
+def is_receiver(names) -> bool:
+    """Say whether columns of such names are what a satellite receiver writes of itself."""
+    return any(meaning(name)[0] in RECEIVER or _bare(name) in RECEIVER for name in names)
 
 
 def position_roles(taken, names) -> tuple[Column, Column, tuple[str, str]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 
 import numpy as np
 
@@ -84,6 +85,15 @@ def _words(value) -> np.ndarray:
     value = np.array("" if value is None else value, object)
     words = ["" if one is None or one != one else str(one) for one in value.flat]
     return np.array(words, object).reshape(value.shape)
+
+
+def own_name(title: str) -> str:
+    """Return what to call the object whose own positions a file holds: the file, without its extension.
+
+    >>> own_name("logs/gull 7.nmea"), own_name("standard input")
+    ('gull 7', 'standard input')
+    """
+    return Path(title.removesuffix(".gz")).stem or title
 
 
 def plots(

@@ -24,6 +24,7 @@ PCAP = (b"\xd4\xc3\xb2\xa1", b"\xa1\xb2\xc3\xd4", b"\x4d\x3c\xb2\xa1", b"\xa1\xb
 ASTERIX_NAMES = (".raw", ".ast", ".asterix", ".asx", ".pcap", ".pcapng")
 _AIS = re.compile(rb"[!$][A-Z]{2}VD[MO],\d")
 _NMEA = re.compile(rb"\$[A-Z]{2}(GGA|RMC|GLL|GSA|GSV|ZDA|VTG),")
+_SENTENCE = re.compile(rb"[!$][A-Z][A-Z0-9]{3,},[^*]*\*[0-9A-Fa-f]{2}")
 _FRAME = re.compile(rb"(^|[\s,;*@])([0-9A-Fa-f]{12})?[0-9A-Fa-f]{14}([0-9A-Fa-f]{14})?;?\s*$")
 
 
@@ -202,6 +203,9 @@ def kind_of(data: bytes, title: str) -> str:
     for pattern, kind in ((_AIS, "AIS"), (_NMEA, "NMEA"), (_FRAME, "Mode S")):
         if 3 * sum(bool(pattern.search(line)) for line in lines) > len(lines):
             return kind
+    told = sum(bool(_SENTENCE.search(line)) for line in lines)
+    if 3 * told > len(lines) and any(_NMEA.search(line) for line in lines):  # a bus on which a receiver is one of many
+        return "NMEA"
     return "CSV"
 
 

@@ -11,9 +11,9 @@ import numpy as np
 from ..engine.errors import InputError
 from ..tables.cells import is_text, numbers
 from .clock import clock
-from .columns import FRAMES, METRES, Column, altitude_unit, meaning, position_roles, recognise
+from .columns import FRAMES, METRES, Column, altitude_unit, is_receiver, meaning, position_roles, recognise
 from .placed import outside, placed, repeats
-from .plots import Fault, Plots, plots
+from .plots import Fault, Plots, own_name, plots
 from .ranges import of_ranges
 
 BEARINGS = {"deg": np.pi / 180, "rad": 1.0}
@@ -97,6 +97,8 @@ class _Reading:
         key, name, sensor = (self.label(role) for role in ("key", "name", "sensor"))
         if not self.taken["key"]:
             key = name
+        if not (self.taken["key"] or self.taken["name"]) and is_receiver(table.names):
+            key = np.full(len(table.rows), own_name(table.title), object)
         self.drop(sensor == "anchor", "anchors of a track, not measured (sensor 'anchor')", counted=True)
         if frame[0] == "latitude":
             wrong = outside(a, b)
@@ -195,11 +197,15 @@ def cell(table, name, row):
 
 def frames_of(table: Table, columns=None):
     """Return (records, where they lie) of a table of Mode S frames; None of one that has positions, or no frames."""
+    from .formats.modes import HEX
+
     taken = recognise(table.names, columns, table.units)
     if not taken["frame"] or any(all(taken[role] for role in frame) for frame in FRAMES):
         return None
     time = clock(table.columns.__getitem__, taken, table.decimal, table.day_first)[0]
     frames = table.words(taken["frame"][0])
+    if not any(HEX.fullmatch(frame) for frame in frames):  # numbers of pictures, of a camera
+        return None
     return [{"timestamp": t, "frame": frame} for t, frame in zip(time.tolist(), frames)], table.rows
 
 

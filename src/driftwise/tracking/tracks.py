@@ -18,6 +18,10 @@ from .plots import Fault, Plots
 from .vertical import vertical
 
 LEARNING = 3  # plots before predictions are scored: the first has none, the next two learn speed and noise
+OFF_TURN, IN_TURN = (
+    0.2,
+    0.8,
+)  # of a turn by which a plot may be off whole ones; share of the plots of a sensor that turns
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,10 +112,18 @@ class Track:
 
     @property
     def missed(self) -> int:
-        """Scans without a plot between the first and the last one."""
-        if not self.period:
+        """Scans without a plot between the first and the last one; 0 where it is not seen in scans."""
+        if not self.is_scanned:
             return 0
         return int(np.maximum(np.round(np.diff(self.plots.time) / self.period) - 1, 0).sum())
+
+    @property
+    def is_scanned(self) -> bool:
+        """Whether plots come in turns of about one period, as of an antenna; not those of who reports as it likes."""
+        if not self.period or len(self) < 3:
+            return bool(self.period)
+        turns = np.diff(self.plots.time) / self.period
+        return bool(np.mean(abs(turns - np.maximum(np.round(turns), 1)) < OFF_TURN) > IN_TURN)
 
     def summary(self) -> dict[str, Any]:
         """Return the row of this track in `Tracks.table`."""

@@ -377,6 +377,16 @@ def test_captures_of_every_kind():
         read_asterix(classic([plain], link=147))
 
 
+def test_bytes_that_a_recorder_adds_to_every_packet_are_no_record():
+    """A time stamp, say; a packet that ends otherwise has lost something, and only that is told."""
+    payloads = [file_of(polar(25199.0 + k, **{"220": 0x4BAA5F})) for k in range(30)]
+    stamp = struct.pack(">2I", 0, 0xFFFF0007)
+    plots = read_asterix(classic([ethernet(payload + stamp) for payload in payloads]))
+    assert len(plots) == 30 and not plots.faults
+    plots = read_asterix(classic([ethernet(payload + stamp) for payload in [*payloads[:-1], payloads[-1] + b"\x30"]]))
+    assert len(plots) == 30 and "9 bytes are left" in plots.faults[0].what and len(plots.faults) == 1
+
+
 def test_what_is_not_asterix_is_refused_at_the_door(tmp_path):
     for data in (b"", b"time,x,y\n1,2,3\n", b"\x30\x00", classic([]), b"\xff" * 100):
         with pytest.raises(InputError, match="no ASTERIX block"):

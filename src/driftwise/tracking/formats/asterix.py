@@ -22,6 +22,7 @@ from .asterix_reports import MEANING, NAN, NOWHERE, Message, Report
 from .asterix_time import midnight_of, periods, times
 
 DOUBT = {False: 0.1, True: 0.5}  # share of blocks that do not fit from which a stream is refused; True: edition named
+TRAILER, EVERY = 64, 0.9  # bytes that a recorder adds to a packet at most; share of the packets that have them
 SAMPLE = 200  # blocks that other editions are tried on
 
 
@@ -159,26 +160,32 @@ def _bytes(source):
 
 
 def _runs(data, label, faults):
-    """Yield (Unix time, stream, blocks) of each run of blocks; senders of other things than blocks are told once."""
+    """Yield (Unix time, stream, blocks) of each run of blocks; senders of other things than blocks are told once.
+
+    As many bytes after the blocks of nearly every packet of a sender are what its recorder adds: nothing is lost there.
+    """
     if not pcap.is_capture(data):
         blocks, fault = _blocks(data, 0, len(data), label)
         faults += fault
         yield NAN, b"", blocks
         return
-    speak, lost = set(), []
+    speak, lost, tails = Counter[bytes](), [], Counter[tuple[bytes, int]]()
     for packet in pcap.datagrams(data):
         if isinstance(packet, pcap.Trouble):
             faults.append(Fault(label, packet.offset, packet.what))
             continue
-        blocks, fault = _blocks(data, packet.offset, packet.offset + len(packet.payload), label)
-        lost += [(packet.flow, one) for one in fault]
+        end = packet.offset + len(packet.payload)
+        blocks, fault = _blocks(data, packet.offset, end, label)
+        lost += [(packet.flow, end - one.offset, one) for one in fault]
         if blocks:
-            speak.add(packet.flow)
+            speak[packet.flow] += 1
+            tails.update((packet.flow, end - one.offset) for one in fault)
             yield packet.time, packet.flow, blocks
-    strange = Counter(flow for flow, _ in lost if flow not in speak)
-    for flow, fault in lost:
+    strange = Counter(flow for flow, _, _ in lost if flow not in speak)
+    for flow, left, fault in lost:
         if flow in speak:
-            faults.append(fault)
+            if not (left <= TRAILER and tails[flow, left] > max(EVERY * speak[flow], 2)):
+                faults.append(fault)
         elif flow in strange:
             what = f"{strange.pop(flow)} packets of one sender hold no ASTERIX block; is it other traffic?"
             faults.append(Fault(label, fault.offset, what))

@@ -13,7 +13,7 @@ import numpy as np
 from ...engine.errors import InputError
 from ...tables.clock import DAY, TimeOfDay
 from ..placed import outside, placed, repeats
-from ..plots import Fault, Plots
+from ..plots import Fault, Plots, own_name
 
 SENTENCE = re.compile(r"[$!]([A-Z][A-Z0-9]{3,},[^*$!]*)\*([0-9A-Fa-f]{2})")
 
@@ -53,8 +53,9 @@ def sentences(data, title, faults, kind, comments=""):
 def read_nmea(data: bytes, title: str, *, origin=None) -> Plots:
     """Return the plots of a GPS log of NMEA 0183 sentences: GGA and RMC, one plot an instant.
 
-    The day comes from RMC or ZDA; without one, times are seconds of the first day. A sentence whose checksum fails is a
-    `Fault`; fixes of quality 0 or status V are counted.
+    They are the receiver's own positions, and its key is the name of the file. The day comes from RMC or ZDA; without
+    one, times are seconds of the first day. A sentence whose checksum fails is a `Fault`; fixes of quality 0 or status
+    V are counted.
 
     Parameters
     ----------
@@ -87,7 +88,8 @@ def read_nmea(data: bytes, title: str, *, origin=None) -> Plots:
     time, latitude, longitude, altitude = (np.array([row[j] for row in rows], float) for j in range(4))
     known = np.isfinite(latitude)
     time = _dated(time, [row[4] for row in rows])
-    found = placed(time[known], latitude[known], longitude[known], origin=origin, altitude=altitude[known])
+    key = [own_name(title)] * int(known.sum())
+    found = placed(time[known], latitude[known], longitude[known], origin=origin, altitude=altitude[known], key=key)
     return replace(found, faults=tuple(faults) + found.faults)
 
 

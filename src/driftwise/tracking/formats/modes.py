@@ -19,7 +19,7 @@ TICKS = 12e6  # per second, of the counter that receivers write before a frame
 _LINE = re.compile(
     r"^(?P<time>\S.*?)??[\s,;]*(?P<mark>[*@]?)(?P<ticks>[0-9A-Fa-f]{12})??(?P<frame>[0-9A-Fa-f]{28}|[0-9A-Fa-f]{14});?$"
 )
-_HEX = re.compile(r"[0-9A-Fa-f]{14}([0-9A-Fa-f]{14})?")
+HEX = re.compile(r"[0-9A-Fa-f]{14}([0-9A-Fa-f]{14})?")
 
 
 def read_lines(data: bytes, title: str, *, origin=None) -> Plots:
@@ -64,7 +64,7 @@ def _time(value) -> float:
 
 def is_frames(records: list[dict]) -> bool:
     """Whether most records carry a Mode S frame."""
-    carry = sum(isinstance(r.get("frame"), str) and bool(_HEX.fullmatch(r["frame"])) for r in records)
+    carry = sum(isinstance(r.get("frame"), str) and bool(HEX.fullmatch(r["frame"])) for r in records)
     return 2 * carry > len(records)
 
 
@@ -91,7 +91,7 @@ def read_frames(records, at, title: str, *, origin=None, faults=()) -> Plots:
     good, faults, times, lines = [], list(faults), [], {}
     for record, line in zip(records, at):
         time, frame = _time(record.get("timestamp", record.get("time"))), record.get("frame")
-        if not isinstance(frame, str) or not _HEX.fullmatch(frame):
+        if not isinstance(frame, str) or not HEX.fullmatch(frame):
             faults.append(Fault(title, int(line), f"no Mode S frame of 14 or 28 hex digits: {str(frame)[:40]!r}"))
         elif not np.isfinite(time):
             faults.append(Fault(title, int(line), "the frame has no time"))
