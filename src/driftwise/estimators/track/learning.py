@@ -109,6 +109,17 @@ def shows_lattice(row, C, c, y):
 
 
 @kernel
+def repeated(row, C, c, y):
+    """Return how many times the variance of a plot is that of one which repeats the place of all so far.
+
+    On a lattice whose step is not known they have one error: all of them say no more than 1.6 (the sum of 1/k^2).
+    """
+    if row[bank.of_coordinate(C, bank.GRAIN, c)] > 0.0 or y[c] != row[bank.of_coordinate(C, bank.LAST, c)]:
+        return 1.0
+    return square(1.0 + row[bank.of_coordinate(C, bank.STILL, c)])
+
+
+@kernel
 def outlying(C, parts):
     """Return how likely a plot is an outlier: that a wide scale of the tails has made it."""
     most = 0.0

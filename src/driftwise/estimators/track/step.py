@@ -50,6 +50,8 @@ def predict_all(row, C, T, d, unit, F, A, B):
 @kernel
 def correct_all(task, row, C, T, d, y, g, unit, mean, S, F, A, B, w):
     """Take the plot into every member; return 1 where a pole was held."""
+    for c in range(C):
+        g[c] *= learning.repeated(row, C, c, y)
     for i in range(bank.KALMAN):
         for c in range(C):
             at = bank.at_linear(C, i) + bank.LINEAR * c
