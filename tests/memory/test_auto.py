@@ -124,6 +124,42 @@ def test_louder_noise_is_told_as_such():
     assert abs(np.median(r.sigma2) / (9 * SIGMA2) - 1) <= 0.15
 
 
+def at_rest(sigma, seed):
+    """One parameter of 1 that rests, and signs as its regressor; noise of these deviations."""
+    rng = np.random.default_rng([seed, 7])
+    psi = rng.choice([-1.0, 1.0], (len(sigma), 1))
+    return psi[:, 0] + sigma * rng.standard_normal(len(sigma)), psi
+
+
+@pytest.mark.parametrize("times, least", [(2.0, 0.6), (3.0, 0.9), (5.0, 0.9)])
+def test_louder_noise_is_told_where_freeing_a_parameter_costs_little(times, least):
+    """Who sets one parameter free has a sigma^2 that is free as well: so many logs behind, and never more."""
+    est, sigma, heard, squares = dw.Regression(1, memory=dw.AutoMemory()), np.full(700, 0.2), [], []
+    sigma[300:] *= times
+    for seed in range(30):
+        trace = est.scan(*at_rest(sigma, seed))
+        heard.append(trace.status[300:] & int(dw.Status.NOISE) != 0)
+        squares.append((trace.parameters[400:, 0] - 1.0) ** 2)
+    assert np.mean(np.any(heard, axis=1)) >= least
+    assert np.sqrt(np.mean(squares)) <= 0.06 * 0.2 * times + 0.02
+
+
+@pytest.mark.parametrize("times", [1.0, 5.0])
+def test_a_jump_that_was_none_is_taken_back(times):
+    """Four wrong numbers agree, and are told as a jump; what follows does not, be it as before or louder noise."""
+    est, sigma, told = dw.Regression(1, memory=dw.AutoMemory()), np.full(460, 0.2), []
+    sigma[404:] *= times
+    for seed in range(10):
+        y, psi = at_rest(sigma, seed)
+        y[400:404] += 6 * 0.2 * psi[400:404, 0]
+        trace = est.scan(y, psi)
+        told.append(np.flatnonzero(trace.status & int(dw.Status.JUMP)))
+        error = np.abs(trace.parameters[:, 0] - 1.0) / 0.2
+        assert error[425:].max() <= 0.7, seed
+        assert not len(told[-1]) or error[403] > 2.0
+    assert sum(map(len, told)) >= 8 and max(map(len, told)) == 1
+
+
 def test_a_rest_does_not_undo_what_was_learnt():
     s = system("rest", 100)
     r = follow(s)

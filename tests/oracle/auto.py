@@ -110,7 +110,7 @@ class Trial:
         self.beside, self.alone, self.which = 0.0, 0.0, 0
         self.F, self.score, self.known = np.eye(n), np.zeros(n), np.zeros(n)
         self.shown = self.moved = np.zeros(3)
-        self.learnt = learnt
+        self.learnt, self.told = learnt, False
 
     @property
     def hope(self):
@@ -120,9 +120,11 @@ class Trial:
     def yields(self, clean):
         """Whether a surprise begins another, ``clean`` samples after the last outlier."""
         known = 0.0 if clean >= 2 else max(self.beside - self.found[0], 0.0)
-        return (self.gap > 1 or self.age >= len(self.F) + 1) and self.hope < -1 + known
+        return not self.told and (self.gap > 1 or self.age >= len(self.F) + 1) and self.hope < -1 + known
 
     def is_over(self):
+        if self.told:
+            return self.age >= 100 or max(self.against[0], self.against[2]) < np.log(1e-5)
         if self.age >= 32:
             return self.age >= 100 or self.hope < -1
         return self.age >= len(self.F) + 1 and self.hope < -6
@@ -153,26 +155,45 @@ class Trial:
         return rho
 
     def judge(self, jumps, pi, seen):
+        if self.told:
+            return self.reconsider()
         prior, none = np.log(1e-3 * self.gap), self.found[0] - self.beside
         against = self.found - self.beside + [prior + self.alone, prior, prior]
         if not jumps:
             against[:2] = -np.inf
         best, level = max(against[:2]), against[2]
         self.odds = max((best - max(none, level)) / np.log(100), 0.0)
+        self.weigh(against, min(1 / 8, 5e-4 / max(pi, 5e-4)))
+        least = -2.0 if seen > 200 else 4.0
+        if self.odds > 1 and self.age >= 2 and best > least:
+            return "jump"
+        if level > max(none + np.log(1000), best + np.log(20)) and self.age >= 8 and level > max(least, 2.0):
+            return "noise level"
+        return None
+
+    def weigh(self, against, shy):
         top = max(against.max(), 0.0)
         shown = np.exp(against - top)
         total = np.exp(-top) + shown.sum()
         moved = shown.copy()
-        moved[:2] *= min(1 / 8, 5e-4 / max(pi, 5e-4))
+        moved[:2] *= shy
         every = np.exp(-top) + moved.sum()
         clear = (shown > 0.05 * total) & (against.max() >= -4)
         self.shown, self.moved = np.where(clear, shown / total, 0), np.where(clear, moved / every, 0)
-        least = -2.0 if seen > 200 else 4.0
-        if self.odds > 1 and self.age >= 2 and best > least:
-            return "jump"
-        if level > max(none, best) + np.log(1000) and self.age >= 8 and level > max(least, 2.0):
+
+    def tell(self):
+        """The bank is what jumped: from now on the others are weighed against that."""
+        self.beside = max(self.found[1], self.found[0] + self.alone) + np.log(1e-3 * self.gap)
+        self.told, self.age, self.found[1], self.shown, self.moved = True, 1, -np.inf, np.zeros(3), np.zeros(3)
+
+    def reconsider(self):
+        prior, self.odds = np.log(1e-3 * self.gap), 0.0
+        self.against = np.array([self.found[0], -np.inf, self.found[2] + prior]) - self.beside
+        self.weigh(self.against, 1.0)
+        same, _, level = self.against
+        if level > max(same + np.log(1000), np.log(100)):
             return "noise level"
-        return None
+        return "no jump" if same > max(level, np.log(100)) else None
 
     def jumped(self, inverse):
         """The first copy if its likeliest parameter jumped."""
@@ -217,7 +238,7 @@ def blend(bank, trial, inverse):
     theta, P, s2 = moments(bank)
     parts = [(1 - trial.shown.sum(), 1 - trial.moved.sum(), theta[0], P[0], s2[0])]
     for k in range(3):
-        b = trial.jumped(inverse) if k == 0 and trial.shown[0] > 0 else trial.copies[k]
+        b = trial.jumped(inverse) if k == 0 and trial.shown[0] > 0 and not trial.told else trial.copies[k]
         if trial.shown[k] > 0:
             parts.append((trial.shown[k], trial.moved[k], b.theta[0, 0], b.P[0, 0] * b.s2[0, 0], b.s2[0, 0]))
     mean = sum(v * m for _, v, m, *_ in parts)
@@ -292,6 +313,8 @@ def run_auto(y, psi, phi, told=None, levels=(0.0, 1e-1), expect="both", P0=1e4):
                     is_one = trial.found[0] + trial.alone > trial.found[1]
                     winner = trial.jumped(over[s]) if is_one else trial.copies[1]
                     learner.dtheta[s] = learner.dP[s] = 0
+                elif what == "no jump":
+                    winner, learner.dtheta[s], learner.dP[s] = trial.copies[0], 0, 0
                 elif what:
                     winner = trial.copies[2]
                     change = trial.before / winner.s2[0, 0]
@@ -301,11 +324,14 @@ def run_auto(y, psi, phi, told=None, levels=(0.0, 1e-1), expect="both", P0=1e4):
                     for name in ("theta", "P", "nu", "chi2"):
                         getattr(new, name)[s] = getattr(winner, name)[0]
                     new.w[s] = trial.w[0]
-                    if what == "jump" or winner.s2[0, 0] >= trial.before:
+                    if what == "jump" or (what == "noise level" and winner.s2[0, 0] >= trial.before):
                         out.events.append((int(s), k, what))
                 elif not trial.is_over() and trial.shown.any():
                     views[s] = blend(new.at([s]), trial, over[s])
-                if what or trial.is_over():
+                if what == "jump":
+                    trial.tell()
+                    sums[s].calm()
+                elif what or trial.is_over():
                     trials[s] = None
                     sums[s].calm()
                     out.odds[s, k] *= what is not None

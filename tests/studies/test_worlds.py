@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from driftwise_studies.score import worlds
 from driftwise_studies.score.worlds import ceiling, field, judged, measured, ranking, told
-from driftwise_studies.score.worlds.simulation import QUIET
+from driftwise_studies.score.worlds.simulation import QUIET, drawn, escapes
 from driftwise_studies.score.worlds.system import ALONE, RADIUS, System, changed, is_stable
 
 from driftwise.engine.errors import InputError
@@ -54,6 +54,17 @@ def test_the_plant_is_stable_at_all_times():
         assert np.nanmax(np.abs(r.y)) < 1e3 and np.isfinite(r.u).all()
         for theta in r.theta[:, ::50].reshape(-1, len(system.theta)) if system.na > 0 else ():
             assert max(abs(np.roots([1.0, *theta[: system.na]]))) < RADIUS + 1e-6
+
+
+def test_a_record_whose_loop_loses_its_grip_is_drawn_anew():
+    """A loop that holds the last output where it is missing is not the frozen loop, whose poles are inside."""
+    system, seeds = DRAWN[164], range(12)
+    raw, found = drawn(system, [[seed, system.number, 22] for seed in seeds], 2000), worlds.records(system, seeds)
+    lost = escapes(raw.y)
+    assert 0 < lost.sum() < 12 and not escapes(found.y).any()
+    np.testing.assert_array_equal(found.y[~lost], raw.y[~lost])
+    assert (found.theta[lost] != raw.theta[lost]).any(axis=(1, 2)).all()
+    np.testing.assert_array_equal(found.y[lost][0], worlds.record(system, int(np.flatnonzero(lost)[0])).y[0])
 
 
 def test_schur_cohn_finds_what_roots_find():

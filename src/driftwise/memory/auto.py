@@ -55,8 +55,8 @@ class AutoMemory(NamedTuple):
     learnt for each parameter (recursive maximum likelihood); each has its own sigma^2. ``expect`` says what surprises
     may be: "outliers" (then nothing jumps), "jumps" (then every sample counts) or "both". An outlier is discounted by
     the odds that it is one (status ``OUTLIER``); a jump is told (``JUMP``) at odds of 100:1 against none, and against
-    another level of the noise, which is told as such if it is louder (``NOISE``). A plant at rest (``AT_REST``) teaches
-    nothing about speeds and noise. ``phi`` as in `Drift`.
+    another level of the noise, which is told as such if it is louder (``NOISE``), and taken back in silence where what
+    follows contradicts it. A plant at rest (``AT_REST``) teaches nothing about speeds and noise. ``phi`` as in `Drift`.
 
     Bad at: records almost without noise, where a jump of more than two thousand of its deviations (`WIDEST`) may be
     followed a hundred samples late, or not at all; very smooth motion, and speeds that differ a thousandfold, where

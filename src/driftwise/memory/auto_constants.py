@@ -23,7 +23,9 @@ SUSPECT = 0.9  # what is said of the others, at most
 RATE = 1e-3  # of each, a sample, before data: two in a record of two thousand
 FALSE_RATE = 1e-5  # of jumps told that are none, as promised: .02 in such a record
 JUMP_ODDS = log(RATE / FALSE_RATE)  # at these odds against none, or a level: sums of ratios keep that (Shiryaev 1963)
-LEVEL_ODDS = log(1000.0)  # of a level against none, or a jump: loud samples make it suspected, and so begin its trial
+LEVEL_ODDS = log(1000.0)  # of a level against none: loud samples make it suspected, and so begin its trial
+LEVEL_OVER_JUMP = log(20.0)  # and against a jump: that something happened is no question then; who is set free follows
+# louder noise as well, so many logs behind, and never more
 BY_DRIFT = -2.0  # log odds that a jump needs against the interacting bank: it may have begun to drift fast, which is
 # so many logs rarer than the bank takes it for; its fast filter follows a small jump as well as who knows of it
 LEVEL_BY_DRIFT = 2.0  # and that a level needs: one that beats standing still only is drift
@@ -52,6 +54,7 @@ SUSPECT_JUMP = 4.0  # times what is known: nearly three deviations of the sum
 SUSPECT_LOUD, SUSPECT_QUIET = 10.0, -7.5  # of the squares: two deviations (their distribution is lopsided)
 DEAD = -6.0  # log odds of the best explanation other than none, below which a trial ends: a surprise that comes to
 # nothing; a suspicion goes on, since who has seen a jump of one deviation needs thirty samples to be sure
+DOUBTLESS = log(FALSE_RATE)  # log odds of what stood against a jump that is told, below which it stands
 YOUNG = 100.0  # samples in which everything is suspicious
 FRESH = 1.0  # samples, besides one for each parameter, before it does, or before a surprise begins another
 HOPELESS = -1.0  # log odds below which one ends after OLD samples, or at a surprise

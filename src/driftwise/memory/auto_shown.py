@@ -10,7 +10,7 @@ from .lone_jump import alone, move_alone
 from .mixing import add_spread, shrink
 from .modes import FREEDOM, WEIGHT, mode, own_sigma2
 from .sensitivity import pass_time
-from .trial_state import AGE, COPIES, SAME
+from .trial_state import AGE, COPIES, SAME, is_told
 
 
 @rare
@@ -19,7 +19,8 @@ def blend(memory, parts, view):
     own, trial, theta, N = parts.own, parts.trial, view.theta, view.theta.size
     half, P, mean, shown, moved = N * (N + 1) // 2, own.P, view.c, trial.shown, trial.moved
     bank = own.dense[MODES * half : (MODES + 1) * half]
-    if shown[SAME] > 0.0:
+    is_alone = shown[SAME] > 0.0 and not is_told(trial)
+    if is_alone:
         move_alone(trial, parts.drift.unit, 1.0)
     rest, stays = 1.0 - shown[0] - shown[1] - shown[2], 1.0 - moved[0] - moved[1] - moved[2]
     s2 = own_s2 = rest * own.head[SIGMA2_NOW]
@@ -39,7 +40,7 @@ def blend(memory, parts, view):
         one, w = mode(trial.copies, k, N), shown[k] / s2
         if w > 0.0:
             add_spread(P, w * own_sigma2(memory, one.own), trial.dense[k * half : (k + 1) * half], w, one.theta, mean)
-    if shown[SAME] > 0.0:
+    if is_alone:
         move_alone(trial, parts.drift.unit, -1.0)
     shrink(P, memory.cap)
     for i in range(N):
@@ -91,7 +92,7 @@ def mixture_with_copies(memory, parts, R, view, out):
                 offset += view.psi[i] * (one.theta[i] - view.theta[i])
             project(one.U, view.psi, view.b)
             variance = predicted_variance(view.b, one.D, R)
-            if k == SAME:
+            if k == SAME and not is_told(trial):
                 more, spread = alone(trial, view.psi, parts.drift.unit)
                 offset += more
                 variance += spread

@@ -2,7 +2,8 @@
 
 A trial begins at a surprise or a suspicion and goes on until it has nothing to tell. Copies of the likeliest filter of
 the bank go on from there: one as it is (or with one parameter that jumped, `lone_jump`), one whose parameters were set
-free, one whose sigma^2 is unknown again. Each collects the evidence of its predictions.
+free, one whose sigma^2 is unknown again. Each collects the evidence of its predictions. A jump that is told makes the
+bank what jumped; what stood against it goes on for a while, and may take it back.
 """
 
 from ..engine.dense import at
@@ -11,6 +12,7 @@ from ..engine.elementary import log
 from ..engine.ud import factor_within
 from .auto_constants import (
     DEAD,
+    DOUBTLESS,
     FAR,
     FREED_FREEDOM,
     FRESH,
@@ -44,6 +46,7 @@ from .trial_state import (
     LEADER,
     LEVEL,
     SAME,
+    is_told,
     show_none,
 )
 
@@ -70,6 +73,8 @@ def is_to_begin(trial, surprise, is_suspicious, is_alone):
     head = trial.head
     if head[AGE] == 0.0:
         return is_suspicious or surprise >= SURPRISE
+    if is_told(trial):
+        return False
     if surprise >= SURPRISE and (head[GAP] > 1.0 or head[AGE] >= trial.score.size + FRESH):
         known = 0.0 if is_alone else max(head[BESIDE] - trial.found[SAME], 0.0)
         return is_hopeless(trial, HOPELESS + known)
@@ -82,6 +87,8 @@ def is_to_end(trial):
     head = trial.head
     if head[AGE] >= OLDEST:
         return True
+    if is_told(trial):
+        return max(trial.found[SAME], trial.found[LEVEL] + log(RATE * head[GAP])) - head[BESIDE] < DOUBTLESS
     if head[AGE] >= OLD:
         return is_hopeless(trial, HOPELESS)
     return head[AGE] >= trial.score.size + FRESH and is_hopeless(trial, DEAD)

@@ -6,7 +6,6 @@ from .modes import size_of
 
 SAME, FREED, LEVEL = range(3)  # the copies
 COPIES = 3
-NOTHING, A_JUMP, A_LEVEL = range(3)
 AGE, GAP, LEADER, BEFORE, ALONE, WHICH, BESIDE, ODDS = range(8)  # of the head
 IMPOSSIBLE = -1e300
 
@@ -38,6 +37,12 @@ TRIAL = Layout(
     half="N * (N + 1) // 2",
 )
 open_trial, trial_size = kernel(TRIAL.open), kernel(TRIAL.size)
+
+
+@kernel
+def is_told(trial):
+    """Say whether the jump is told: then the bank is what jumped, and the copies may still take it back."""
+    return trial.found[FREED] <= IMPOSSIBLE
 
 
 @kernel

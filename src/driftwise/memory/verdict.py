@@ -12,6 +12,7 @@ from .auto_constants import (
     LEVEL_AGE,
     LEVEL_BY_DRIFT,
     LEVEL_ODDS,
+    LEVEL_OVER_JUMP,
     RATE,
     SHY,
     SHY_OF_OUTLIERS,
@@ -20,9 +21,9 @@ from .auto_constants import (
 from .likelihood_drift import begin_again, derivatives
 from .lone_jump import move_alone
 from .modes import WEIGHT, hand_over, mode, own_sigma2
-from .trial_state import AGE, ALONE, BEFORE, BESIDE, COPIES, FREED, GAP, IMPOSSIBLE, LEVEL, ODDS, SAME
+from .trial_state import AGE, ALONE, BEFORE, BESIDE, COPIES, FREED, GAP, IMPOSSIBLE, LEVEL, ODDS, SAME, is_told
 
-NOTHING, A_JUMP, A_LEVEL = range(3)
+NOTHING, A_JUMP, A_LEVEL, NO_JUMP = range(4)
 
 
 @kernel
@@ -30,6 +31,8 @@ def judge(memory, trial, outliers, seen):
     """Set the probabilities of the copies, faint ones to zero; return what is decided, NOTHING while it goes on."""
     head, found, shown, moved = trial.head, trial.found, trial.shown, trial.moved
     prior = log(RATE * head[GAP])
+    if is_told(trial):
+        return reconsider(trial, prior)
     jump = prior if memory.jumps > 0.0 else IMPOSSIBLE
     shown[SAME] = found[SAME] + head[ALONE] + jump - head[BESIDE]
     shown[FREED] = found[FREED] + jump - head[BESIDE]
@@ -42,12 +45,25 @@ def judge(memory, trial, outliers, seen):
     if head[ODDS] > 1.0 and head[AGE] >= JUMP_AGE and best > by_drift:
         return A_JUMP
     if (
-        level > max(found[SAME] - head[BESIDE], best) + LEVEL_ODDS
+        level > max(found[SAME] - head[BESIDE] + LEVEL_ODDS, best + LEVEL_OVER_JUMP)
         and head[AGE] >= LEVEL_AGE
         and level > max(by_drift, LEVEL_BY_DRIFT)
     ):
         return A_LEVEL
     return NOTHING
+
+
+@kernel
+def reconsider(trial, prior):
+    """Set the probabilities of what stood against a jump that is told; return what it is after all, if it is none."""
+    head, found, shown = trial.head, trial.found, trial.shown
+    shown[SAME], shown[FREED] = found[SAME] - head[BESIDE], IMPOSSIBLE
+    shown[LEVEL] = found[LEVEL] + prior - head[BESIDE]
+    same, level, head[ODDS] = shown[SAME], shown[LEVEL], 0.0
+    weigh_up(shown, trial.moved, 1.0)
+    if level > max(same + LEVEL_ODDS, JUMP_ODDS):
+        return A_LEVEL
+    return NO_JUMP if same > max(level, JUMP_ODDS) else NOTHING
 
 
 @kernel
@@ -81,6 +97,9 @@ def follow(memory, trial, learner, bank, dense, unit, what):
         if trial.found[SAME] + trial.head[ALONE] > trial.found[FREED]:
             k = SAME
             move_alone(trial, unit, 1.0)
+    elif what == NO_JUMP:
+        k = SAME
+    if what != A_LEVEL:
         for j in range(N):
             begin_again(learner, j)
     else:  # P and Q stay what they are; relative to sigma^2 they change
@@ -95,5 +114,14 @@ def follow(memory, trial, learner, bank, dense, unit, what):
     hand_over(bank, dense, mode(trial.copies, k, N), trial.dense[k * half : (k + 1) * half])
     for m in range(memory.levels.size):
         mode(bank, m, N).own[WEIGHT] = trial.weights[m]
-    trial.head[AGE] = 0.0
+    if what == A_JUMP:  # what stood against it may still be right
+        if k == SAME:
+            move_alone(trial, unit, -1.0)
+        trial.head[BESIDE] = max(trial.found[FREED], trial.found[SAME] + trial.head[ALONE]) + log(
+            RATE * trial.head[GAP]
+        )
+        trial.found[FREED] = IMPOSSIBLE
+        for k in range(COPIES):
+            trial.shown[k] = trial.moved[k] = 0.0
+    trial.head[AGE] = 1.0 if what == A_JUMP else 0.0
     return since

@@ -18,6 +18,10 @@ a walk over deviation^2.
 | missing | up to 30 % of the outputs, one by one or in runs |
 
 Every third system has one trouble alone (or none, in turn), the others several together.
+
+Frozen poles within the radius are a promise for plant and loop as they are at a time; a loop that holds its last
+output where the next is missing can still lose its grip. A record whose output exceeds a thousand times what it was at
+first is drawn anew.
 """
 
 from .drawing import draw

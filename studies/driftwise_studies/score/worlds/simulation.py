@@ -10,6 +10,7 @@ from .system import System, stays
 
 SAMPLES = 2000
 FIRST, APART = 200, 100  # samples before the first jump or step of the noise, and between two
+ESCAPED, AGAIN = 1000.0, 20  # times the rms of its first samples; how often such a record is drawn anew at most
 QUIET, DECAY = 0.01, 50  # what is left of the noise in a rest that is quiet, from so many samples after its begin
 
 
@@ -32,15 +33,34 @@ def record(system: System, seed: int, samples: int = SAMPLES) -> Records:
 
 
 def records(system: System, seeds, samples: int = SAMPLES) -> Records:
-    """Return records of a system, one for each seed."""
-    streams = [np.random.default_rng([seed, system.number, 22]) for seed in seeds]
-    theta, at, moved = path(system, streams, samples)
-    sigma, resting = noise(system, streams, samples)
-    e = sigma * np.stack([rng.standard_normal(samples) for rng in streams])
-    r = np.stack([source(system, rng, samples) for rng in streams])
+    """Return records of a system, one for each seed; one whose output escapes is drawn anew, `AGAIN` times at most."""
+    found = drawn(system, [[seed, system.number, 22] for seed in seeds], samples)
+    for again in range(AGAIN):
+        lost = np.flatnonzero(escapes(found.y))
+        if not len(lost):
+            break
+        other = drawn(system, [[seeds[s], system.number, 22, again] for s in lost], samples)
+        for name, rows in vars(found).items():
+            rows[lost] = getattr(other, name)
+    return found
+
+
+def escapes(y) -> np.ndarray:
+    """Say whose output exceeds what it was at first: a loop that holds missing samples may lose its grip."""
+    start = np.sqrt(np.nanmean(y[:, :FIRST] ** 2, axis=1))
+    return np.nanmax(np.abs(y), axis=1) > ESCAPED * start
+
+
+def drawn(system: System, streams, samples: int) -> Records:
+    """Return a record for each stream of chance."""
+    rngs = [np.random.default_rng(stream) for stream in streams]
+    theta, at, moved = path(system, rngs, samples)
+    sigma, resting = noise(system, rngs, samples)
+    e = sigma * np.stack([rng.standard_normal(samples) for rng in rngs])
+    r = np.stack([source(system, rng, samples) for rng in rngs])
     r[resting] = 0.0
-    glitch = np.stack([glitches(system, rng, samples) for rng in streams]) * sigma
-    gone = np.stack([gaps(system, rng, samples) for rng in streams])
+    glitch = np.stack([glitches(system, rng, samples) for rng in rngs]) * sigma
+    gone = np.stack([gaps(system, rng, samples) for rng in rngs])
     y, u = run(system, theta, e, r, glitch, gone)
     return Records(y, u, theta, sigma, glitch != 0, at, moved)
 
