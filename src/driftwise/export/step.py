@@ -117,7 +117,7 @@ class ControllerPrinter(Printer):
         bodies = []
         for function in functions:
             text, often = self.function(function), calls[function.name] - 1
-            if often * sum(1 for _ in statements(function.body)) > LONG:
+            if often * len(statements(function.body)) > LONG:
                 text = text.replace("static DW_INLINE ", "static ", 1)
             bodies.append(text)
         pairs = [name for kind, name in self.types.items() if kind == Several((FLOAT, INT))]

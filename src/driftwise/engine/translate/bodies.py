@@ -122,9 +122,9 @@ def prune(body: list[Any]) -> list[Any]:
     """Return a body without variables that nobody reads; calls stay for what they do."""
     while True:
         read = {e.name for s in statements(body) for c in children(s) for e in walk(c) if isinstance(e, Name)}
-        before = sum(1 for _ in statements(body))
+        before = len(statements(body))
         body = _without(body, read)
-        if sum(1 for _ in statements(body)) == before:
+        if len(statements(body)) == before:
             return body
 
 

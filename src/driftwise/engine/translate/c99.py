@@ -168,7 +168,7 @@ class Printer:
     def may_disagree(self, function: Function) -> bool:
         """Say whether a function, or one it calls, asks lanes to agree: it gets the address of the count."""
         if function.name not in self.disagree:
-            body = list(statements(function.body))
+            body = statements(function.body)
             own = (e for s in body for c in children(s) for e in walk(c))
             is_asked = any(isinstance(e, Operation) and e.op in DISAGREE for e in own)
             is_asked = is_asked or any(isinstance(s, Differ) for s in body)

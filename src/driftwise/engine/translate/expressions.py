@@ -110,7 +110,7 @@ class Expressions:
         for node in nodes:
             before = len(self.block)
             value = self.expression(node)
-            if has_effects(self.block[before:]):
+            if len(self.block) > before and has_effects(self.block[before:]):
                 late, self.block = self.block[before:], self.block[:before]
                 found = [self.keep(f) if any(isinstance(e, Load) for e in walk(f)) else f for f in found]
                 self.block += late

@@ -228,28 +228,37 @@ def children(node) -> Iterator[Any]:
             yield value
 
 
-def walk(node) -> Iterator[Any]:
-    """Yield an expression and all that is in it."""
-    left = [node]
+def walk(node) -> list[Any]:
+    """Return an expression and all that is in it."""
+    left, found = [node], []
     while left:
         node = left.pop()
-        yield node
-        left.extend(children(node))
+        found.append(node)
+        for name in PARTS[type(node)]:
+            value = getattr(node, name)
+            if type(value) in (list, tuple):
+                left += [one for one in value if one is not None]
+            elif value is not None:
+                left.append(value)
+    return found
 
 
-def statements(body: list[Any]) -> Iterator[Any]:
-    """Yield all statements, those inside others too."""
+def statements(body: list[Any]) -> list[Any]:
+    """Return all statements, those inside others too."""
+    found = []
     for one in body:
-        yield one
+        found.append(one)
         for inner in blocks(one):
-            yield from statements(inner)
+            found += statements(inner)
+    return found
 
 
-def blocks(statement) -> list[list[Any]]:
+def blocks(statement) -> tuple[list[Any], ...]:
     """Return the blocks of a statement."""
-    if isinstance(statement, If):
-        return [statement.then, statement.other]
-    return [statement.body] if isinstance(statement, For | Loop) else []
+    kind = type(statement)
+    if kind is If:
+        return statement.then, statement.other
+    return (statement.body,) if kind is For or kind is Loop else ()
 
 
 # where each keeps its expressions

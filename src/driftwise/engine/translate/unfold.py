@@ -370,7 +370,7 @@ class Unfold(Values):
     def is_apart(self, function: Function) -> bool:
         """Say whether a kernel is made a function: of numbers, to a number, and not short."""
         is_plain = all(is_number(kind) for _, kind in function.params) and isinstance(function.result, Scalar)
-        return is_plain and bool(function.params) and sum(1 for _ in statements(function.body)) > SHORT
+        return is_plain and bool(function.params) and len(statements(function.body)) > SHORT
 
     def called(self, function: Function, given: list[Number]) -> Number:
         """Return the call of a function, which is unfolded once."""
