@@ -96,3 +96,11 @@ def test_what_is_known_of_the_colour_goes_along_with_a_stream():
     y[[40, 270]] = np.nan
     whole, first = est.scan(y, u), est.scan(y[:251], u[:251])
     assert same(est.scan(y[251:], u[251:], state=first.state).state, whole.state)
+
+
+def test_coloured_noise_is_no_jump():
+    """Of white residuals the likelihoods of these records would tell sixteen."""
+    u = np.repeat(np.random.default_rng(1).choice([-1.0, 0.0, 1.0], 60), 10)
+    est, rng = dw.GreyBox("battery", jumps="fit"), np.random.default_rng(7)
+    for _ in range(3):
+        assert est.scan(est.simulate(u, noise=0.0) + 5e-4 * coloured("regression", rng, len(u))[0], u).jumps() == []

@@ -110,9 +110,17 @@ def covariance(U, D, i, j):
 
 @kernel
 def weigh_blocks(form, state):
-    """Fill ``wide``, the factors of the parameters' variances: of what samples say, not of what was believed before."""
+    """Fill ``wide``, the factors of the parameters' variances: of what samples say, not of what was believed before.
+
+    Where there are not enough samples (since a jump), they stay what they were.
+    """
     n, m = int(form.n), state.wide.size
     for j in range(m):
+        if (
+            state.blocks[MEAN, j] * state.blocks[MEAN, j] < BLOCKS * state.blocks[SQUARE, j]
+            or state.blocks[MEAN, j] == 0.0
+        ):
+            continue
         factor = factor_of(state.blocks, j)
         if factor > 1.0:
             prior, p = 0.0, variance(state.U, state.D, n + j)

@@ -80,7 +80,9 @@ class GreyBox(Observer):
     -----
     Notes on the record so far, as which parameters it cannot tell apart, are ``est.notes_of(state)``. Bad at: plants
     that switch or saturate (the filter is Gaussian: status CURVED where the bars are not to be believed), walks of the
-    state so large that they explain the record without the plant, and noise that is not white.
+    state so large that they explain the record without the plant. Where what the formulas leave over is not white, bars
+    of constant parameters are as wide as it makes them (`colour`), if it is correlated over less than a fiftieth of the
+    record.
 
     References
     ----------

@@ -7,7 +7,8 @@ covariance: the other parameters stay what they were.
 
 A jump comes between two samples, nobody knows where: in the middle, and x then has what the rest of the step may make
 of it, S_i a g with g uniform within half a step, as noise. Without that, a jump that is large against the noise is told
-a second time, where the remainder of its first step has gone into other parameters.
+a second time, where the remainder of its first step has gone into other parameters. Of residuals that are not white,
+as `colour` knew them before, log likelihoods count by as much less as variances are larger.
 """
 
 from __future__ import annotations
@@ -32,6 +33,7 @@ WITHIN = 3**-0.5  # deviation of an instant that is anywhere within half a step 
 PROMISING = 1.0  # log odds from which a closer look is taken
 SURE = 0.95  # weight from which one parameter is named; until then it is waited for, while the jump is within reach
 MISSING = 1e300
+WIDE, SIGMA2 = -4, -3  # in a note: the largest factor of the bars for residuals that are not white, and the noise
 
 
 @register
@@ -65,7 +67,7 @@ class Jumping:
         self.est, self.jumps = est, jumps
         N, p, k = est.model.N, est.model.outputs, est.model.inputs
         self._nothing = np.full((1, p), np.nan)
-        self.note_size = N + N + N * (N - 1) // 2 + k + p + 3
+        self.note_size = N + N + N * (N - 1) // 2 + k + p + 4
         self.fields = [
             ("kept", "f8"),
             ("kept_y", "f8", (KEPT, p)), ("kept_u", "f8", (KEPT, k + 1)), ("notes", "f8", (2, self.note_size)),
@@ -104,7 +106,7 @@ class Jumping:
 
     def _note(self, state) -> np.ndarray:
         names = ("x", "theta", "D", "U", "held", "noise")
-        more = [self.est.sigma2(state), state["time"], state["samples"]]
+        more = [state["wide"].max(initial=1.0), self.est.sigma2(state), state["time"], state["samples"]]
         return np.concatenate([*(np.ravel(state[name]) for name in names), more])
 
     def _keep(self, state, y, u, status) -> None:
@@ -163,7 +165,7 @@ class Jumping:
                 moved = ended["theta"][each, each] - reached["theta"][0]
                 # the prior of a jump is about 0, not about where the filter was begun
                 off = -0.5 * (moved**2 - (moved - jump) ** 2) / size**2
-                value = ended["score"][:m] - ended["score"][m] + off
+                value = (ended["score"][:m] - ended["score"][m] + off) / state["notes"][0][WIDE]
                 jump = np.clip(moved, -4 * size, 4 * size)
             gains.append(np.where(np.isfinite(value), value, -np.inf))
             filters.append(ended[:m])
@@ -215,7 +217,7 @@ class Jumping:
         N, n, p, k = est.model.N, est.model.n, est.model.outputs, est.model.inputs
         ends = np.cumsum([n, N - n, N, N * (N - 1) // 2, k, p])
         row["x"], row["theta"], row["D"], row["U"], row["held"], row["noise"] = np.split(note[: ends[-1]], ends[:-1])
-        s2, row["time"], row["samples"] = note[ends[-1] :]
+        _, s2, row["time"], row["samples"] = note[ends[-1] :]
         row["D"], row["noise"] = row["D"] * s2, row["noise"] * np.sqrt(s2)
         row["score"] = 0.0
         return row
@@ -236,7 +238,7 @@ class Jumping:
     def _install(self, state, out, odds, weights, filters, taus) -> None:
         """Go on with the mixture's mean and covariance, and tell the jump."""
         est = self.est
-        n, N, p, s2 = est.model.n, est.model.N, est.model.outputs, float(state["notes"][0][-3])
+        n, N, p, s2 = est.model.n, est.model.N, est.model.outputs, float(state["notes"][0][SIGMA2])
         w, rows = weights.ravel(), filters.ravel()
         live = w > 1e-6
         w, rows = w[live] / w[live].sum(), rows[live]
@@ -252,7 +254,7 @@ class Jumping:
         of_each = weights.sum(axis=1)
         since = state["kept"] - taus[int(np.argmax(weights.sum(axis=0)))]
         state["is_new"], state["kept"] = 1.0, 0.0
-        state["counted"], state["blocks"], state["chain"], state["wide"] = 0.0, 0.0, 0.0, 1.0
+        state["counted"], state["blocks"], state["chain"] = 0.0, 0.0, 0.0
         if est.starting is not None:
             est.starting.end(state)
         state["status"] = int(state["status"]) | JUMP

@@ -1,7 +1,8 @@
 """Physical parameters of four recorded plants: `GreyBox` on-line beside a batch fit of the whole record.
 
-Each is written as formulas, with a walk of the state for what they leave out, and a noise: those that the batch fit of
-the same record finds (`prediction_error.fit`), rounded.
+Each is written as formulas, with a walk of one state for what they leave out. Nobody says how large: of a ladder of
+factors about the state's own deviation over the record's length, that is taken which makes the record likeliest, and so
+is the walk of the parameters, where they may change. The noise is what the start finds. The batch fit takes the same.
 
 Run: python -m driftwise_studies.score.tasks.physical FOLDER
 """
@@ -15,7 +16,6 @@ from typing import NamedTuple
 import numpy as np
 
 import driftwise as dw
-from driftwise.estimators.grey_box.start import BatchStart
 
 from ...papers.verdict import Verdict
 from ..records import columns
@@ -28,11 +28,11 @@ CARRIAGE = """
 name = "carriage"
 [states]
 q = {unit = "m", std = 1e-3}
-v = {unit = "m/s", std = 1e-3, walk = 2.1e-3}
+v = {unit = "m/s", std = 1e-3, walk = WALK}
 [inputs]
 u = {unit = "V"}
 [outputs]
-position = {unit = "m", noise = 3.8e-8}
+position = {unit = "m"}
 [parameters]
 M = {unit = "kg", start = 50}
 Fv = {unit = "N s/m", start = 100}
@@ -48,11 +48,11 @@ HEATED = """
 name = "heated"
 [states]
 T = {unit = "degC", start = 129, std = 1}
-lamp = {unit = "degC", start = 129, std = 30, walk = 0.64}
+lamp = {unit = "degC", start = 129, std = 30, walk = WALK}
 [inputs]
 u = {unit = "V"}
 [outputs]
-seen = {unit = "degC", noise = 0.085}
+seen = {unit = "degC"}
 [parameters]
 gain = {unit = "K/V", start = 20}
 tau = {unit = "s", start = 100}
@@ -66,11 +66,11 @@ seen = "T"
 SOLDER = """
 name = "solder"
 [states]
-T = {unit = "degC", start = 200, std = 5, walk = 0.45}
+T = {unit = "degC", start = 200, std = 5, walk = WALK}
 [inputs]
 set = {unit = "degC"}
 [outputs]
-seen = {unit = "degC", noise = 0.67}
+seen = {unit = "degC"}
 [parameters]
 gain = {unit = "1", start = 0.5}
 tau = {unit = "s", start = 50}
@@ -83,11 +83,11 @@ CELL = """
 name = "cell"
 [states]
 v1 = {unit = "V", std = 0.01}
-rest = {unit = "V", start = 3.327, std = 0.1, walk = 4.7e-4}
+rest = {unit = "V", start = 3.327, std = 0.1, walk = WALK}
 [inputs]
 i = {unit = "A"}
 [outputs]
-v = {unit = "V", noise = 2.9e-4}
+v = {unit = "V"}
 [parameters]
 R0 = {unit = "Ohm", start = 0.0015}
 R1 = {unit = "Ohm", start = 0.001}
@@ -98,24 +98,57 @@ dv1 = "(i - v1 / R1) / C1"
 drest = "i / bulk"
 v = "rest + R0 * i + v1"
 """
-BATCH = {
-    "heated": Linear(
+PLANTS = {  # by hand: the state that walks, its deviation, and the plant
+    "heated": (
+        1, 30.0,
         {"gain": (20, 5), "tau": (100, 5), "lag": (10, 5), "ambient": (20, -10.2)},
         lambda x, u, p: [(x[1] - x[0]) / p["lag"], (p["gain"] * u + p["ambient"] - x[1]) / p["tau"]],
-        lambda x, u, p: x[0], ((129.0, 1.0), (129.0, 30.0)), lambda p: [0.0, 0.64], lambda p: 0.085,
+        lambda x, u, p: x[0], ((129.0, 1.0), (129.0, 30.0)),
     ),
-    "solder": Linear(
+    "solder": (
+        0, 5.0,
         {"gain": (0.5, 5), "tau": (50, 5), "ambient": (50, -25.5)},
         lambda x, u, p: [(p["ambient"] + p["gain"] * u - x[0]) / p["tau"]],
-        lambda x, u, p: x[0], ((200.0, 5.0),), lambda p: [0.45], lambda p: 0.67,
+        lambda x, u, p: x[0], ((200.0, 5.0),),
     ),
-    "cell": Linear(
+    "cell": (
+        1, 0.1,
         {"R0": (0.0015, 5), "R1": (0.001, 5), "C1": (50000, 5), "bulk": (150000, 5)},
         lambda x, u, p: [(u - x[0] / p["R1"]) / p["C1"], u / p["bulk"]],
         lambda x, u, p: x[1] + x[0] + p["R0"] * u, ((0.0, 0.01), (3.327, 0.1)),
-        lambda p: [0.0, 4.7e-4], lambda p: 2.9e-4,
     ),
 }  # fmt: skip
+RUNG, RUNGS = 10**0.5, 8  # of a ladder of walks, and how many are tried to either side
+SLOWEST = 1e-9  # walk of parameters in the square of their logarithms a second, where that ladder begins
+
+
+def batch(name: str, walk: float, noise: float) -> Linear:
+    """Return a plant for the batch fit, with the deviations of its walk and of its noise."""
+    which, _, starts, slopes, output, x0 = PLANTS[name]
+    walks = [walk if i == which else 0.0 for i in range(len(x0))]
+    return Linear(starts, slopes, output, x0, lambda p: walks, lambda p: noise)
+
+
+def climbed(made, value, factor: float, least: float = -RUNGS):
+    """Return made(factor^k) of the whole k where its value is largest, seen from k = 0: up, else down the ladder."""
+    best = made(1.0)
+    for way in (1, -1):
+        for k in range(way, way * (RUNGS + 1), way):
+            if k < least or not value(one := made(factor**k)) > value(best):
+                break
+            best = one
+    return best
+
+
+def likeliest(text: str, size: float, t, u, y):
+    """Return walk and trace of `GreyBox` with the walk that makes a record likeliest; ``size``: of that state."""
+    unit = size / np.sqrt(t[-1] - t[0])
+
+    def made(factor):
+        walk = float(f"{unit * factor:.2g}")
+        return walk, dw.GreyBox(text.replace("WALK", repr(walk))).scan(y, u, time=t)
+
+    return climbed(made, lambda one: one[1].estimator.loglik(one[1].state), RUNG)
 
 
 def _verdict(name: str, value: str, expected: str, confirmed) -> Verdict:
@@ -165,10 +198,11 @@ def leaf(where: Path, name: str = "leaf_cell_hppc_25C.csv"):
 
 def beside(text: str, t, u, y) -> Beside:
     """Return the end values of `GreyBox` and those of the batch fit with the same walk and noise."""
-    est = dw.GreyBox(text)
-    trace = est.scan(y, u, time=t)
+    name = dw.GreyBox(text.replace("WALK", "0.0")).formulas.name
+    walk, trace = likeliest(text, PLANTS[name][1], t, u, y)
+    est, scale = trace.estimator, float(np.sqrt(trace.estimator.sigma2(trace.state)))
     ours = zip(est.names, trace.parameters[-1], trace.parameters_std[-1])
-    found = fit(BATCH[est.formulas.name], t, u, y)
+    found = fit(batch(name, scale * walk, scale * float(trace.state["noise"][0])), t, u, y)
     return Beside({name: (float(v), float(s)) for name, v, s in ours}, found, trace)
 
 
@@ -188,7 +222,7 @@ def cell(where: Path) -> list[Verdict]:
     """R0 while the cell is emptied, against what each edge of the current shows; all values at the end."""
     t, current, voltage = leaf(where)
     found = beside(CELL, t, current, voltage)
-    error = pulses(t, current, voltage)
+    error = pulses(found.trace.estimator, t, current, voltage)
     value = f"median {np.median(error):.3f} mOhm, worst {error.max():.3f}, {len(error)} edges"
     return [
         _verdict("cell: ours (batch)", str(found), "within 1 bar", max(found.off.values()) <= 1),
@@ -196,12 +230,16 @@ def cell(where: Path) -> list[Verdict]:
     ]
 
 
-def pulses(t, current, voltage) -> np.ndarray:
+def pulses(est, t, current, voltage) -> np.ndarray:
     """Return the error of R0 in mOhm 5 s after each edge of the current, against what the edge itself shows.
 
-    Parameters may change by 6 % an hour: a walk of 1e-6 in the square of their logarithms a second.
+    Parameters walk as fast as makes the record likeliest.
     """
-    trace = dw.GreyBox(CELL, memory=dw.RandomWalk(1e-6)).scan(voltage, current, time=t)
+
+    def made(factor):
+        return est.replace(memory=dw.RandomWalk(SLOWEST * factor)).scan(voltage, current, time=t)
+
+    trace = climbed(made, lambda trace: trace.estimator.loglik(trace.state), 10.0, least=0)
     seen = edges(current)
     truth = np.array([(voltage[b] - voltage[a]) / (current[b] - current[a]) for a, b in seen])
     at = np.array([np.searchsorted(t, t[b] + 5.0, side="right") - 1 for _, b in seen])
@@ -212,7 +250,7 @@ def carriage(where: Path) -> list[Verdict]:
     """Mass, viscous and Coulomb friction of a positioning drive, beside those that its authors published."""
     table = columns(where / "emps_train.csv")
     u, position, t = (np.asarray(table[name], float) for name in ("u_V", "position_m", "t_s"))
-    trace = dw.GreyBox(CARRIAGE, start=BatchStart(1000)).scan(position, u, time=t)  # it rests for the first half second
+    _, trace = likeliest(CARRIAGE, 1e-3, t, u, position)
     ends = zip(trace.estimator.names, trace.parameters[-1], trace.parameters_std[-1])
     both = Beside({n: (float(v), float(s)) for n, v, s in ends}, carriage_batch.fit(u, position), trace)
     found = [_verdict("carriage: ours (batch)", str(both), "within 1 bar", max(both.off.values()) <= 1)]
