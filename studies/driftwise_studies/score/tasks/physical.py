@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -98,7 +98,7 @@ dv1 = "(i - v1 / R1) / C1"
 drest = "i / bulk"
 v = "rest + R0 * i + v1"
 """
-PLANTS = {  # by hand: the state that walks, its deviation, and the plant
+PLANTS: dict[str, Any] = {  # by hand: the state that walks, its deviation, and the plant
     "heated": (
         1, 30.0,
         {"gain": (20, 5), "tau": (100, 5), "lag": (10, 5), "ambient": (20, -10.2)},
@@ -160,7 +160,7 @@ class Beside(NamedTuple):
 
     ours: dict[str, tuple[float, float]]  # value and deviation
     batch: Found
-    trace: object
+    trace: Any
 
     @property
     def off(self) -> dict[str, float]:
