@@ -29,6 +29,9 @@ def section(title: str, fragments: list[Path]) -> str:
 
 def main(version: str = "") -> int:
     """Write the page."""
+    if version.startswith("-"):  # an option is no version, and fragments are taken away for one
+        print(__doc__.strip())
+        return 2
     fragments = sorted(path for path in FRAGMENTS.glob("*.md") if path.name != "README.md")
     odd = [path.name for path in fragments if path.suffixes[-2:-1] not in [[f".{kind}"] for kind in KINDS]]
     if odd:

@@ -96,6 +96,7 @@ def test_fragments_are_gathered_by_kind(tmp_path, monkeypatch):
     (tmp_path / "out").mkdir()
     for name, text in {"a.added.md": "One.\nMore.", "b.fixed.md": "Two.", "README.md": "no"}.items():
         (tmp_path / name).write_text(text)
+    assert changelog.main("--help") == 2 and not changelog.PAGE.exists()
     assert changelog.main() == 0 and changelog.main("1.0") == 0
     said = changelog.PAGE.read_text()
     assert "Unreleased" not in said and said.index("## 1.0") < said.index("* One.\n  More.") < said.index("* Two.")
