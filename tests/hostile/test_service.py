@@ -33,4 +33,7 @@ def test_what_once_broke_a_service_is_answered_or_refused(tmp_path):
         wrong = {told: service.tried(Request(data, told, *more))[0] for told, (data, *more) in BROKE.items()}
         after, outcome = service.end()
     assert not any(wrong.values()) and not after, (wrong, after)
-    assert len(outcome.err.splitlines()) == 1, outcome.err  # where the page is; nothing of what strangers sent
+    page, *refused = outcome.err.splitlines()  # where it is, and what was refused; nothing of what strangers sent
+    assert "http://" in page and [line[:9] for line in refused] == ["not used,"] and "k k" not in refused[0], (
+        outcome.err
+    )
