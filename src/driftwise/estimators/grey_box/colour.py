@@ -31,6 +31,7 @@ TAKEN, LAGGED, POWER, LAST, WEIGHTS = range(
     5
 )  # of an output: how many nu, sums of nu nu' and nu^2, the last, h and w^2
 MOST = 0.99  # correlation of nu with the one before, that is believed
+LARGEST = 1e60  # of nu and w: the fourth power of more is no number, and says nothing of bars
 BLOCKS = 48.0  # that count, at least, to say how far they scatter
 EVERY = 16  # samples after which the factors are taken anew
 BEYOND = 3.0  # deviations of a factor from 1, from which it is not chance
@@ -46,11 +47,15 @@ def correlation(taken, lagged, power):
 @kernel
 def add_output(state, scratch, n, i, nu, own):
     """Add output i to each parameter's c and v: ``own`` = S, and scratch.b is what P psi was before it."""
+    if not abs(nu) < LARGEST:
+        return
     m, before = state.wide.size, state.chain[i, LAST]
     rho = correlation(state.chain[i, TAKEN], state.chain[i, LAGGED], state.chain[i, POWER])
     for j in range(m):
         p, at = variance(state.U, state.D, n + j), WEIGHTS + j
         w = scratch.b[n + j] / p / math.sqrt(own) if p > 0.0 else 0.0
+        if not abs(w) < LARGEST:
+            w = 0.0
         scratch.c_part[j] += state.chain[i, at] * (before - rho * nu)
         scratch.v_part[j] += state.chain[i, at + m]
         state.chain[i, at] = rho * state.chain[i, at] + w
