@@ -22,9 +22,7 @@ UNKNOWN = 30.0  # s: the scan period assumed before one is known, where plots ar
 REPEAT = 0.02, 0.05  # scan periods, s: within both, a second plot of a track tells the first one again
 SUSPECTS = 8  # plots set aside that are remembered for a key
 TWICE = 0.2, 0.5  # scan periods, and shortest of the last scans: no sensor sees an object twice in less
-NAMED = (
-    4.0  # times as many scans without a plot as others may a track have that its plots name, or that nobody else had
-)
+NAMED = 4.0  # times as many scans without a plot may a track have that its plots name, or while nobody was seen
 ALLOWED = 5.0, 0.25, 3.0  # deviations of a forecast that are allowed; s of what is fast, at least; and scans, at most
 CODE = re.compile(r"A[0-7]{4}$")  # a Mode A code
 CLIMB, LEVELS = 50.0, 300.0  # m/s, m: altitudes that differ by more are two objects

@@ -27,9 +27,7 @@ from ...engine.ud import entry, variance
 LEVELS = 16  # lengths of blocks: 1, 2, 4, .. samples
 FIRST, EXPECTED, TOTAL, MEAN, SQUARE = range(5)  # of each: c and v of a first half; sums of c^2, v and v^2
 KEPT = 5
-TAKEN, LAGGED, POWER, LAST, WEIGHTS = range(
-    5
-)  # of an output: how many nu, sums of nu nu' and nu^2, the last, h and w^2
+TAKEN, LAGGED, POWER, LAST, WEIGHTS = range(5)  # an output's: how many nu, sums of nu nu' and nu^2, the last, h, w^2
 MOST = 0.99  # correlation of nu with the one before, that is believed
 LARGEST = 1e60  # of nu and w: the fourth power of more is no number, and says nothing of bars
 BLOCKS = 48.0  # that count, at least, to say how far they scatter
