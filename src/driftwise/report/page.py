@@ -114,7 +114,12 @@ def _components(figures: list) -> tuple[str, dict[str, str]]:
     if not figures:
         return "", {}
     from bokeh import embed
+    from bokeh.document import Document
 
+    document = Document()
+    with document.models.freeze():  # else each figure asks for the models of all before it once more
+        for figure in figures:
+            document.add_root(figure)
     return embed.components({figure.name: figure for figure in figures})
 
 
