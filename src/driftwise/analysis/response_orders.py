@@ -41,25 +41,45 @@ def respond(plain: Response, is_again: bool = False) -> Response | None:
         return None
     if not k:
         return cleaned(plain.settled())
-    best = last = None
+    found = orders(plain, is_again)
+    return cleaned(likeliest(found)) if found else None
+
+
+def orders(plain: Response, is_again: bool = False) -> list[Response]:
+    """Return a response of each order that there are outputs enough for, the lowest first."""
+    many, k = int(plain.used.sum()), len(plain.b)
+    found: list[Response] = []
     for n in ORDERS:
         m = max(2, n)
         if many < ENOUGH * (n + k * m + len(plain.more)):
             break
-        last = fitted(plain, (plain, last) if last is None or not is_again else (last,), n, m)
-        if best is None or last.criterion < best.criterion - MORE:
-            best = last
-    return None if best is None else cleaned(best)
+        noises = (found[-1],) if found and is_again else (plain, *found[-1:])
+        found.append(fitted(plain, noises, n, m))
+    return found
+
+
+def likeliest(found: list[Response]) -> Response:
+    """Return the response that Schwarz's criterion prefers, a higher order where that is clear."""
+    best = found[0]
+    for one in found[1:]:
+        if one.criterion < best.criterion - MORE:
+            best = one
+    return best
 
 
 def begin(record: Record) -> Response | None:
     """Return the response of a record, none of whose parts change, without outliers."""
-    plain = plainest(record)
+    plain = without_outliers(plainest(record))
+    return None if plain is None else respond(plain)
+
+
+def without_outliers(plain: Response) -> Response | None:
+    """Return the same without the outliers of a first response; None where too few outputs were measured for any."""
     if plain.used.sum() < ENOUGH * (4 + 2 * len(plain.b)):
         return None
     first = begun(plain, starts(None, 1), 1, 2) if len(plain.b) else plain.settled(1)
     bare = replace(first, f=np.zeros(0), sigma=np.ones(len(first.sigma)), cache={})
-    return respond(replace(plain, used=bare.without_outliers().used, cache={}))
+    return replace(plain, used=bare.without_outliers().used, cache={})
 
 
 def cleaned(found: Response) -> Response:

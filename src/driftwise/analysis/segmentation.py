@@ -8,10 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from .change_places import GAIN, LEVEL, part_of, standing
-from .change_search import searched
+from .change_search import searched, started
 from .noise_jumps import LEAST, SURE, noises
 from .response import Response
-from .response_orders import begin
 from .response_record import long_run, recorded
 
 EDGE, BESIDE = 6, 5.0  # part of a record that is its edge; log odds that chance may take
@@ -113,5 +112,5 @@ def hindsight(y, u) -> Hindsight | None:
     if np.isfinite(y).sum() <= 2 * LEAST:
         return None
     record, y_scale, u_scale, middle = recorded(y, u)
-    now = begin(record)
+    now = started(record)
     return None if now is None else Hindsight(searched(now), y_scale, u_scale, middle)
