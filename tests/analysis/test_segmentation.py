@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from driftwise_studies.score.claims.drawing import draw
+from driftwise_studies.score.claims.simulation import record
 from scipy.signal import lfilter
 
 from driftwise.analysis.change_log import ChangeLog, moved
@@ -124,3 +126,10 @@ def test_a_level_without_an_input_is_told():
         y[160:] += 1.5
         (jump,) = found(y, np.zeros((300, 0)))
         assert jump.kind == LEVEL and abs(jump.at - 160) < 8 and jump.interval[0] <= 160 <= jump.interval[1]
+
+
+def test_a_start_beside_a_wrong_change_hides_no_right_one():
+    """Beside a gain that was no gain, nothing was told of the level that jumped."""
+    plant = draw(0, 217)
+    (jump,) = (one for one in found(*(record(plant, 0).__dict__[name] for name in "yu")) if one.kind == LEVEL)
+    assert plant.jumps[0].what == LEVEL and abs(jump.at - plant.jumps[0].at) < 10

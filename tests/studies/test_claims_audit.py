@@ -1,16 +1,19 @@
 """Plants with known truth: drawn, simulated, written; who is told everything; one claim held against the truth."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
 from driftwise_studies.score.claims import audit, checking
 from driftwise_studies.score.claims.checking import FALSE, TRUE, UNCHECKED, VACUOUS, Case, check
 from driftwise_studies.score.claims.drawing import LONGEST, draw
+from driftwise_studies.score.claims.hidden_inputs import spread
 from driftwise_studies.score.claims.oracle import ask
 from driftwise_studies.score.claims.plant import TROUBLES, Jump, Plant
-from driftwise_studies.score.claims.simulation import record
+from driftwise_studies.score.claims.simulation import COLOUR, record, response
 from driftwise_studies.score.claims.tables import Written
+from scipy.linalg import toeplitz
 
 from driftwise.engine.errors import InputError
 
@@ -73,6 +76,39 @@ def test_the_odds_of_a_level_are_those_of_its_likelihood():
     rest = moved - others @ np.linalg.lstsq(others, moved, rcond=None)[0]
     expected = 0.5 * rest @ rest / data.sigma[0] ** 2 - 0.5 * np.log(len(y))
     assert ask(plant, data).log_odds[0] == pytest.approx(expected, rel=0.03)
+
+
+def test_a_noise_below_the_rounding_jumps_for_nobody():
+    plant = replace(jumping("noise", 3.0), snr=200.0)
+    odds = [ask(one, record(one, 1)).log_odds[0] for one in (plant, replace(plant, levels=4))]
+    assert odds[0] > checking.TELLABLE > 1 > odds[1]
+
+
+@pytest.mark.parametrize("excitation", ["white", "coloured", "steps"])
+def test_what_inputs_did_between_rows_nobody_knows(excitation):
+    """The same as of many inputs that are equal at the rows."""
+    plant, rng, T = replace(PLAIN, samples=60, excitation=excitation, delays=(2,)), np.random.default_rng(1), 60
+    rows = np.flatnonzero(np.arange(T) % 5 * (np.arange(T) % 7) == 0)
+    data = replace(record(plant, 1), rows=rows)
+    u = np.repeat(data.u, 3000, axis=1)
+    if excitation == "steps":
+        for a, b in pairwise(rows):
+            at = rng.integers(a + 1, b + 1, u.shape[1])
+            u[a:b] = np.where(np.arange(a, b)[:, None] < at, u[a], u[b])
+    else:
+        rho = COLOUR if excitation == "coloured" else 0.0
+        root = np.linalg.cholesky(toeplitz(rho ** np.arange(T)))
+        free, whole = root @ rng.standard_normal(u.shape), root @ root.T
+        u = free + whole[:, rows] @ np.linalg.solve(whole[np.ix_(rows, rows)], u[rows] - free[rows])
+    y = np.array([response(plant, x[:, None]) for x in u.T])
+    found = spread(plant, data, np.ones(T, bool))
+    np.testing.assert_allclose(found, np.cov(y.T), atol=0.1 * found.max())
+
+
+def test_a_gain_is_known_less_well_where_the_input_moves_between_rows():
+    plant = replace(PLAIN, excitation="white", noise="white")
+    bars = [ask(one, record(one, 1)).gain_bars[0] for one in (plant, replace(plant, troubles=frozenset({"irregular"})))]
+    assert bars[1] > 4 * bars[0]  # a quarter of the rows alone makes it twice as wide
 
 
 def case(plant: Plant, **answer) -> Case:

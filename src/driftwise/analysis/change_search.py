@@ -21,27 +21,27 @@ STARTS = 2  # changes beside which a response is begun
 REACH = 5  # samples by which a level before and after is compared
 
 
-def started(record: Record) -> Response | None:
-    """Return the response of a record, beside the change that an order of it is surest of, where that is likelier.
+def starts(record: Record) -> list[Response]:
+    """Return the response of a record, and one beside the change that an order of it is surest of, where likelier.
 
     A step that is not there yet is taken for an answer of the plant: by poles too slow, delays too long, one order
-    more. Once it is taken for that, nothing is left of it to be found.
+    more. Once it is taken for that, nothing is left of it to be found. A wrong one, though, hides the right one.
     """
     plain = without_outliers(plainest(record))
     if plain is None or not len(plain.b):
-        return None if plain is None else respond(plain)
+        return [one for one in (plain and respond(plain),) if one is not None]
     found = orders(plain)
     if not found:
-        return None
-    best, seen = cleaned(likeliest(found)), list[int]()
+        return []
+    bare, beside, seen = cleaned(likeliest(found)), list[Response](), list[int]()
     places = [(place(one, kind, i, one.left), kind, i) for one in found for kind, i in kinds(one)]
     sure = [(*where, kind, i) for where, kind, i in places if where is not None and where.log_odds > SURE]
     for at, _, _, *_, kind, i in sorted(sure, key=lambda one: -one[2]):
         if len(seen) < STARTS and all(abs(at - other) >= LEAST for other in seen):
             seen.append(at)
             other = respond(plain.with_level(at) if kind == LEVEL else plain.with_gain(i, at))
-            best = other if other is not None and other.criterion < best.criterion else best
-    return best
+            beside += [other] if other is not None and other.criterion < bare.criterion else []
+    return [bare, *sorted(beside, key=lambda one: one.criterion)[:1]]
 
 
 def kinds(now: Response) -> list[tuple[str, int]]:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .change_places import GAIN, LEVEL, part_of, standing
-from .change_search import searched, started
+from .change_search import searched, starts
 from .noise_jumps import LEAST, SURE, noises
 from .response import Response
 from .response_record import long_run, recorded
@@ -112,5 +112,5 @@ def hindsight(y, u) -> Hindsight | None:
     if np.isfinite(y).sum() <= 2 * LEAST:
         return None
     record, y_scale, u_scale, middle = recorded(y, u)
-    now = started(record)
-    return None if now is None else Hindsight(searched(now), y_scale, u_scale, middle)
+    found = [searched(start) for start in starts(record)]
+    return Hindsight(min(found, key=lambda one: one.criterion), y_scale, u_scale, middle) if found else None

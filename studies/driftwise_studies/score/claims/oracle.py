@@ -1,7 +1,8 @@
 """What could be known at best: the Cramér-Rao bound of somebody who is told columns, delays, structure and times.
 
-The parameters are those of the plant, its level, and the sizes of what changed; noise and outliers are known. Nothing
-of the library is used.
+The parameters are those of the plant, its level, and the sizes of what changed; noise, rounding and outliers are known.
+Of inputs it knows the rows of the file and how they move: what they did between the rows of an irregular clock moves y
+as a noise does. Nothing of the library is used.
 """
 
 from __future__ import annotations
@@ -12,8 +13,10 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+from scipy.linalg import solve_triangular
 from scipy.signal import lfilter
 
+from .hidden_inputs import spread
 from .plant import Plant
 from .simulation import Record, numerator, response, slope, step
 
@@ -40,7 +43,8 @@ def ask(plant: Plant, record: Record) -> Oracle:
     seen = np.isfinite(record.y) & ~record.outliers & np.isin(np.arange(plant.samples), record.rows)
     first, length = plant.stuck
     seen[first : first + length] = False
-    whiten = _whitener(plant, record, seen)
+    spread_of_y = spread(plant, record, seen) if plant.is_irregular else None
+    whiten = _whitener(plant, record, seen, spread_of_y)
     slopes = [whiten(_slope(plant, record, theta, sizes, j)) for j in range(len(theta))]
     slopes += [whiten(column) for column in _of_level(plant)]
     marks = [_of_jump(plant, record, theta, sizes, k, base) for k in range(len(sizes))]
@@ -50,7 +54,7 @@ def ask(plant: Plant, record: Record) -> Oracle:
     odds = []
     for k, jump in enumerate(plant.jumps):
         if (direction := whitened[k]) is None:
-            odds.append(_noise_odds(record, seen, jump.at))
+            odds.append(_noise_odds(plant, record, seen, jump.at, spread_of_y))
             continue
         others = np.column_stack([*slopes, *(w for j, w in enumerate(whitened) if w is not None and j != k)])
         d = direction * _moved(plant, k, record.unit)
@@ -136,19 +140,32 @@ def _moved(plant: Plant, k: int, unit: float) -> float:
     return jump.size - 1.0 if jump.what == "gain" else unit * jump.size
 
 
-def _whitener(plant: Plant, record: Record, seen):
-    """Return what makes the noise of a series white and of variance one, at the samples that are seen."""
-    colour = {"white": [1.0], "equation": plant.a, "coloured": [1.0, -plant.rho]}[plant.noise]
+def _variance(plant: Plant, record: Record) -> np.ndarray:
+    """Return the variance of the white noise and of the rounding, (T,)."""
     rounding = (step(plant, record.unit) ** 2 / 12) if plant.levels else 0.0
-    sigma = np.sqrt(record.sigma**2 + rounding)
-    return lambda x: (lfilter(colour, [1.0], x) / sigma)[seen]
+    return record.sigma**2 + rounding
 
 
-def _noise_odds(record: Record, seen, at: int) -> float:
+def _whitener(plant: Plant, record: Record, seen, spread_of_y=None):
+    """Return what makes the noise of a series white and of variance one, at the samples that are seen."""
+    variance = _variance(plant, record)
+    if spread_of_y is not None:  # the noise of irregular clocks is white
+        root = np.linalg.cholesky(np.diag(variance[seen]) + spread_of_y)
+        return lambda x: solve_triangular(root, x[seen], lower=True)
+    colour = {"white": [1.0], "equation": plant.a, "coloured": [1.0, -plant.rho]}[plant.noise]
+    return lambda x: (lfilter(colour, [1.0], x) / np.sqrt(variance))[seen]
+
+
+def _noise_odds(plant: Plant, record: Record, seen, at: int, spread_of_y=None) -> float:
     """Return the expected log odds of two variances against one."""
-    s2 = record.sigma[seen] ** 2
+    s2 = _variance(plant, record)[seen]
     after = np.flatnonzero(seen) >= at
-    return float(0.5 * (len(s2) * np.log(s2.mean()) - np.log(s2).sum()) - 0.5 * np.log(max(len(after), 1)))
+    gained = 0.5 * (len(s2) * np.log(s2.mean()) - np.log(s2).sum())
+    if spread_of_y is not None:
+        one, two = (np.diag(v) + spread_of_y for v in (np.full(len(s2), s2.mean()), s2))
+        misfit = np.trace(np.linalg.solve(one, two)) - len(s2)
+        gained = 0.5 * (np.linalg.slogdet(one)[1] - np.linalg.slogdet(two)[1] + misfit)
+    return float(gained - 0.5 * np.log(max(len(after), 1)))
 
 
 def _gain(plant: Plant, places, theta, i: int) -> float:

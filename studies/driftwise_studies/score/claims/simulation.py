@@ -10,6 +10,7 @@ from scipy.signal import lfilter
 from .plant import Plant
 
 MEAN_GAP = 4.0  # steps of the grid between the rows of an irregular clock
+COLOUR = 0.9  # of coloured inputs, from sample to sample
 
 
 @dataclass(frozen=True)
@@ -77,7 +78,7 @@ def excitation(plant: Plant, rng) -> np.ndarray:
             u[:, i] = np.repeat(rng.choice([-1.5, -0.5, 0.5, 1.0, 1.5], len(lengths)), lengths)[:T]
         return u
     white = rng.standard_normal((T, k))
-    return lfilter([0.44], [1, -0.9], white, axis=0) if plant.excitation == "coloured" else white
+    return lfilter([0.44], [1, -COLOUR], white, axis=0) if plant.excitation == "coloured" else white
 
 
 def record(plant: Plant, seed: int) -> Record:

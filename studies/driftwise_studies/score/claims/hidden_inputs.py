@@ -1,0 +1,39 @@
+"""What inputs that nobody wrote do to y: those between the rows of an irregular clock, as a noise of known covariance.
+
+Coloured and white inputs are Gaussian, and known at the rows. Of steps one knows before and after: when it came within
+a gap is even. A loop counts as open, a bend as its mean slope.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+from scipy.linalg import toeplitz
+from scipy.signal import lfilter
+
+from .plant import Plant
+from .simulation import COLOUR, Record, gain_factor, numerator, slope
+
+
+def spread(plant: Plant, record: Record, seen) -> np.ndarray:
+    """Return the covariance of y at the samples that are seen, (n, n), of all inputs."""
+    T, found = plant.samples, np.zeros((int(seen.sum()),) * 2)
+    for i in range(len(plant.gains)):
+        answer = lfilter(numerator(plant, i), plant.a, np.eye(1, T)[0])
+        way = toeplitz(answer, np.zeros(T))[seen] * gain_factor(plant, i) * slope(plant, record.u[:, i]).mean()
+        found += way @ hidden(plant.excitation, record.u[:, i], record.rows) @ way.T
+    return found
+
+
+def hidden(excitation: str, u, rows) -> np.ndarray:
+    """Return the covariance of an input (T, T), given its values at the rows."""
+    T = len(u)
+    if excitation == "steps":
+        found = np.zeros((T, T))
+        for a, b in pairwise(rows):
+            share = np.arange(1, b - a) / (b - a)  # of the steps that came before
+            found[a + 1 : b, a + 1 : b] = (u[b] - u[a]) ** 2 * (np.minimum.outer(share, share) - np.outer(share, share))
+        return found
+    whole = toeplitz((COLOUR if excitation == "coloured" else 0.0) ** np.arange(T))
+    return whole - whole[:, rows] @ np.linalg.solve(whole[np.ix_(rows, rows)], whole[rows])
