@@ -502,6 +502,7 @@ OTHERS = {
     "grey box/default": lambda: boxed(),
     "grey box/auto, gate": lambda: boxed(memory=dw.AutoMemory(), gate=dw.InnovationGate()),
     "grey box/walk": lambda: boxed(memory=dw.RandomWalk(1e-5)),
+    "grey box/exact gradient": lambda: boxed(method="rpem"),
     "grey box/bends": lambda: boxed("tank", noise=0.01),
     "gain/default": lambda: ways(dw.AdaptiveGain(0.9), 0),
     "gain/plr, pull": lambda: ways(

@@ -88,9 +88,10 @@ def take_blocks(blocks, count, c, v):
 def factor_of(blocks, j):
     """Return by how much the variance of parameter j is larger than of white residuals; 1 where that may be chance.
 
-    It is that of the longest blocks of which there are enough, once blocks of any length are beyond chance.
+    It is that of the longest blocks of which there are enough, once blocks of any length are beyond chance; 0 where
+    there are not enough of any.
     """
-    ratio, is_beyond = 1.0, False
+    factor, is_beyond = 0.0, False
     for level in range(blocks.shape[0] // KEPT):
         at = KEPT * level
         total, mean, square = blocks[at + TOTAL, j], blocks[at + MEAN, j], blocks[at + SQUARE, j]
@@ -99,7 +100,8 @@ def factor_of(blocks, j):
         ratio = total / mean
         if ratio > 1.0 + BEYOND * math.sqrt(2.0 * square) / mean:
             is_beyond = True
-    return max(ratio, 1.0) if is_beyond else 1.0
+        factor = max(ratio, 1.0) if is_beyond else 1.0
+    return factor
 
 
 @kernel
@@ -119,11 +121,6 @@ def weigh_blocks(form, state):
     """
     n, m = int(form.n), state.wide.size
     for j in range(m):
-        if (
-            state.blocks[MEAN, j] * state.blocks[MEAN, j] < BLOCKS * state.blocks[SQUARE, j]
-            or state.blocks[MEAN, j] == 0.0
-        ):
-            continue
         factor = factor_of(state.blocks, j)
         if factor > 1.0:
             prior, p = 0.0, variance(state.U, state.D, n + j)
@@ -131,7 +128,8 @@ def weigh_blocks(form, state):
                 q = covariance(state.U, state.D, n + i, n + j) / form.spread[i]
                 prior += q * q
             factor = 1.0 + (factor - 1.0) * max(1.0 - prior / p, 0.0)
-        state.wide[j] = factor
+        if factor > 0.0:
+            state.wide[j] = factor
 
 
 @kernel

@@ -65,9 +65,11 @@ class Jumping:
 
     def __init__(self, est, jumps: JumpFit):
         self.est, self.jumps = est, jumps
-        N, p, k = est.model.N, est.model.outputs, est.model.inputs
+        p, k = est.model.outputs, est.model.inputs
         self._nothing = np.full((1, p), np.nan)
-        self.note_size = N + N + N * (N - 1) // 2 + k + p + 4
+        self.names = ["x", "theta", "D", "U", "held", "noise", "dP"]  # of what is noted
+        self.sizes = [np.size(est.bare.start()[name]) for name in self.names]
+        self.note_size = sum(self.sizes) + 4
         self.fields = [
             ("kept", "f8"),
             ("kept_y", "f8", (KEPT, p)), ("kept_u", "f8", (KEPT, k + 1)), ("notes", "f8", (2, self.note_size)),
@@ -105,9 +107,8 @@ class Jumping:
         return self.est.starting is None or state["begun"] >= self.est.starting.samples
 
     def _note(self, state) -> np.ndarray:
-        names = ("x", "theta", "D", "U", "held", "noise")
         more = [state["wide"].max(initial=1.0), self.est.sigma2(state), state["time"], state["samples"]]
-        return np.concatenate([*(np.ravel(state[name]) for name in names), more])
+        return np.concatenate([*(np.ravel(state[name]) for name in self.names), more])
 
     def _keep(self, state, y, u, status) -> None:
         """Write samples down; one that the filter did not take is missing."""
@@ -165,7 +166,8 @@ class Jumping:
                 moved = ended["theta"][each, each] - reached["theta"][0]
                 # the prior of a jump is about 0, not about where the filter was begun
                 off = -0.5 * (moved**2 - (moved - jump) ** 2) / size**2
-                value = (ended["score"][:m] - ended["score"][m] + off) / state["notes"][0][WIDE]
+                with np.errstate(invalid="ignore"):  # what diverged, and is no hypothesis
+                    value = (ended["score"][:m] - ended["score"][m] + off) / state["notes"][0][WIDE]
                 jump = np.clip(moved, -4 * size, 4 * size)
             gains.append(np.where(np.isfinite(value), value, -np.inf))
             filters.append(ended[:m])
@@ -213,12 +215,11 @@ class Jumping:
 
     def _noted(self, note):
         """Return the filter as it was noted, noise and covariance with their scale."""
-        est, row = self.est, self.est.bare.start(1)
-        N, n, p, k = est.model.N, est.model.n, est.model.outputs, est.model.inputs
-        ends = np.cumsum([n, N - n, N, N * (N - 1) // 2, k, p])
-        row["x"], row["theta"], row["D"], row["U"], row["held"], row["noise"] = np.split(note[: ends[-1]], ends[:-1])
-        _, s2, row["time"], row["samples"] = note[ends[-1] :]
-        row["D"], row["noise"] = row["D"] * s2, row["noise"] * np.sqrt(s2)
+        row = self.est.bare.start(1)
+        for name, part in zip(self.names, np.split(note[:-4], np.cumsum(self.sizes)[:-1])):
+            row[name] = part.reshape(row[name].shape)
+        _, s2, row["time"], row["samples"] = note[-4:]
+        row["D"], row["noise"], row["dP"] = row["D"] * s2, row["noise"] * np.sqrt(s2), row["dP"] * s2
         row["score"] = 0.0
         return row
 
@@ -246,6 +247,7 @@ class Jumping:
         mean = w @ means
         P = sum(a * (ud.unpack(row["U"], row["D"]) + np.outer(d, d)) for a, row, d in zip(w, rows, means - mean))
         state["x"], state["theta"] = mean[:n], mean[n:]
+        state["dP"] = np.tensordot(w, rows["dP"], 1) / s2
         U, state["D"] = ud.factor(P / s2)
         state["U"] = U[ud.packed_indices(N)]
         if not isinstance(est.scale, KnownScale):

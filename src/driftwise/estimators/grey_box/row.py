@@ -28,6 +28,7 @@ class GreyBoxForm(NamedTuple):
     learns: Size  # 1: it takes a sample in by its own rule
     slopes: Size  # 1: the detector wants the slopes of the innovations by the parameters
     colours: Size  # 1: bars are wider where residuals are not white
+    exact: Size  # 1: the gain is differentiated, too
     is_continuous: float  # 1: the formulas are derivatives by time
     is_linear: float  # 1: they are linear in the state
     is_timed: float  # 1: the memory goes by seconds, else by samples
@@ -68,6 +69,8 @@ GREY_BOX = Layout(
     Field("chain", ("outputs * colours", f"{WEIGHTS} + 2 * m"), "each output: what its innovations say of the next"),
     Field("counted", ("colours",), "samples that were counted for it"),
     Field("blocks", (f"{LEVELS * KEPT} * colours", "m"), "sums over them in blocks of 1, 2, 4, ..: colour.py"),
+    Field("dP", ("m * exact", "n * n"), "slopes of the state's covariance, given the parameters, by each of them"),
+    Field("sizes", ("(m + 1) * exact",), "mean slopes of log S by each of them, S that of an innovation; of how many"),
     policy("detector_state", of="detector"),
     policy("memory_state", of="memory"),
     Field("counts", (f"{COUNTS} * fades",), "samples that count, for sigma^2 and for the gain; log density of all"),
@@ -78,8 +81,8 @@ GREY_BOX.on(GreyBoxForm)
 
 @kernel
 def has_room(form):
-    """Return 1 where the memory, or the detector, looks at the parameters alone."""
-    return int(max(form.learns, form.slopes))
+    """Return 1 where the memory, the detector or the exact gradient looks at the parameters alone."""
+    return int(max(form.learns, form.slopes, form.exact))
 
 
 SCRATCH = Layout(
@@ -100,6 +103,11 @@ SCRATCH = Layout(
     Field("packed", ("n * (n + 1) // 2",), "Q"),
     *each("n * (n - 1) // 2", Uq="of Q"),
     *each("n", Dq="of Q", mean="of x"),
+    *each("m * exact", "n * n", dF="slopes of F by each parameter", dQ="of Q"),
+    Field("dH", ("m * exact", "outputs * n"), "of the slopes of the outputs by the state"),
+    Field("dK", ("m * exact", "n"), "of the gain of an output"),
+    Field("of_S", ("m * exact",), "of log S"),
+    *each("n * exact", "n", P="covariance of the state, given the parameters", half=""),
     Field("room", ("has_room(form) * room_size(n, m)",)),
     N="n + m",
     has_room=has_room,

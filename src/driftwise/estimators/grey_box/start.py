@@ -192,6 +192,9 @@ class Starting:
         state["D"], state["U"] = ud.factor_root(root)
         state["in_a_row"], state["detector_state"], state["is_new"], state["edge"] = 0.0, 0.0, 1.0, 0.0
         state["bend"] = batch.bending(best, P) / np.sqrt(np.diag(P)[:m])
+        if est.policies[0].exact:
+            ends = ud.unpack(best.rows["U"], best.rows["D"])[1 : 2 * m + 1, :n, :n]
+            state["dP"] = ((ends[::2] - ends[1::2]) / steps[:, None]).reshape(m, n * n)
         self._colour(state, *batch.scores(best, P[:m, :m]))
         state["fitted"] = best.z[:m]
         state["modes"], state["other"], state["other_loglik"] = len(fits), 0.0, 0.0

@@ -38,7 +38,7 @@ from ...engine.ud import (
 )
 from ...memory.registry import Alarm, View, begin, count, found_jump, on_alarm, time_update
 from ...models.formula_kernels import show
-from ...models.scale import sigma2
+from ...models.scale import freedom, sigma2
 from ..adaptive_gain.step import take_inputs
 from ..common.given_state import (
     COUNT,
@@ -55,6 +55,15 @@ from ..joint.step import part_from_parameters, slope_of
 from ..state_space.step import log_density
 from . import row
 from .colour import add_output, take_colour
+from .gain_slopes import (
+    differentiate_gain,
+    differentiate_outputs,
+    differentiate_step,
+    find_slopes,
+    is_wanted,
+    move_with_gain,
+    pass_slopes,
+)
 from .row import GreyBoxForm, has_room
 from .transform import LOGISTIC, in_units
 from .transition import is_number, step_plant
@@ -121,12 +130,17 @@ def predict(form, plant, seconds, s, state, scratch):
     n, m, U, D, J, Y = int(form.n), 0, state.U, state.D, scratch.J, scratch.Y
     for j in range(int(form.m)):
         m = int(form.m) if D[n + j] > 0.0 else m  # where all parameters are known nothing depends on them
+    if is_wanted(form, D) > 0.0:
+        find_slopes(form, state, room_of(form, scratch))
+        differentiate_step(form, plant, seconds, s, state, room_of(form, scratch), scratch)
     in_units(form, s[n:], scratch.values, scratch.rates)
     status = step_plant(form, plant, s[:n], state.held, seconds, m, scratch)
     if not is_number(m, scratch):
         return UNDEFINED
     if form.walks > 0.0:
         factor_noise(scratch)
+    if is_wanted(form, D) > 0.0:
+        pass_slopes(form, state, scratch)
     # U_x,theta <- F U_x,theta + S U_theta,theta
     for c in range(n, n + m):
         column = U[c * (c - 1) // 2 :]
@@ -181,6 +195,9 @@ def row_of(form, state, scratch, i):
 def predict_outputs(form, plant, scale, s, state, scratch, y, out, t):
     """Write each output's prediction by the samples before, the innovation, its variance, and what is missing."""
     p, s2 = int(form.outputs), known_so_far(form, scale, state)
+    if is_wanted(form, state.D) > 0.0:
+        find_slopes(form, state, room_of(form, scratch))
+        differentiate_outputs(form, plant, s, state, room_of(form, scratch), scratch)
     show_at(form, plant, s, state, scratch)
     for i in range(p):
         value, status, r = y[t, i], 0, state.noise[i]
@@ -271,6 +288,9 @@ def correct(form, plant, memory, gate, scale, detector, s, state, scratch, y, ou
         if form.slopes > 0.0:
             separate(state.U, scratch.f, room_of(form, scratch))
         own = predicted_variance(scratch.f[: int(form.n)], state.D[: int(form.n)], 1.0)
+        is_exact = is_wanted(form, state.D)
+        if is_exact > 0.0:
+            differentiate_gain(form, state, scratch, i, own)
         T = take_in(form, memory, s, state, scratch, e, s2)
         if not T > 0.0:
             out[t, 3 * p + i] = EXACT
@@ -300,6 +320,9 @@ def correct(form, plant, memory, gate, scale, detector, s, state, scratch, y, ou
             slopes = slope_of(form, room, math.sqrt(s2 * T))
             found = watch(detector, state.detector_state, white, room.b[:slopes])
             alarm = found if found != 0.0 else alarm
+        if is_exact > 0.0:
+            count_of = state.counts[COUNT] if form.fades > 0.0 else head[row.OBSERVED]
+            move_with_gain(form, s, state, room_of(form, scratch), scratch, e, own, T, s2, freedom(scale, count_of))
     head[row.SCORE] += density
     if form.colours > 0.0 and taken > 0.0:
         take_colour(form, state, scratch)
