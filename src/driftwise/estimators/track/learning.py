@@ -147,8 +147,8 @@ def learn_tails(task, row, C, y, parts):
     first = bank.row_at(C).tails
     fade_tails(task, row, C)
     for c in range(C):
-        if is_exact(row, C, c, y):
-            continue  # as on a lattice: no error has such a size
+        if row[bank.of_coordinate(C, bank.GRAIN, c)] == 0.0 and is_exact(row, C, c, y):
+            continue  # as on a lattice whose step is not known: no error has such a size
         p = 0.0
         for j in range(bank.WILD):
             p += parts[c * bank.TAILS + j]
