@@ -336,10 +336,11 @@ class Follower:
         w = self.w[: bank.KALMAN] / self.w[: bank.KALMAN].sum()
         level = np.exp(w @ np.log([m.scale for m in self.kalman[: bank.KALMAN]]))
         s = self.S[i] * level / self.kalman[i].scale
-        z = np.clip((y - self.mean[i]) / np.sqrt(s), -judging.FARTHEST, judging.FARTHEST)
+        e = y - self.mean[i]
+        z = np.clip(e / np.sqrt(s), -judging.FARTHEST, judging.FARTHEST)
         self.drift = (1 - fresh) * self.drift + fresh * z
         behind = judging.BEHIND * self.speed / judging.GENTLE * self.period**2
-        is_far = self.drift**2 @ s > behind**2 and self.seen > judging.SOONEST
+        is_far = self.drift**2 @ np.maximum(s, (e / judging.FARTHEST) ** 2) > behind**2 and self.seen > judging.SOONEST
         self.lead = self.drift @ self.drift * (2 - fresh) / fresh if is_far else 0.0
 
     def _judge(self, y):

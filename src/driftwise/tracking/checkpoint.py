@@ -15,7 +15,7 @@ from .live import Event, Live, Plot
 from .plots import Fault
 
 SCHEMA = 3  # 3: two members more, and the time of the plot before the last
-PLAIN = "id key follows clock name code status period count allowance place due rival".split()  # of a track
+PLAIN = "id key follows clock name code status period count allowance place due".split()  # of a track
 COUNTED = "counts time before begun numbers".split()  # of the targets
 
 

@@ -40,7 +40,7 @@ class Live:
 
     __slots__ = (
         "allowance", "clock", "code", "count", "due", "events", "follows", "id", "key", "last", "motion", "name",
-        "period", "place", "rival", "state", "status", "sure", "table",
+        "period", "place", "state", "status", "sure", "table",
     )  # fmt: skip
 
     def __init__(self, id: int, key: str, state: np.ndarray, follows: int | None, clock: dict[str, list[float]]):
@@ -56,7 +56,6 @@ class Live:
         self.allowance = 0.0  # m: what a plot may lie beyond the reach of its class
         self.events: list[Event] = []
         self.place = -1
-        self.rival = 0  # the track beside whose gate it began
         self.due = float("inf")
 
     @property

@@ -38,13 +38,17 @@ class Scans:
         if len(pool) > POOLED:
             del pool[0]
 
+    def usual(self, sensor: str) -> float:
+        """Return the time in which a sensor sees an object again, s, whichever; 0 is unknown."""
+        pool = self.pooled.get(sensor)
+        return _median(pool) if pool else 0.0
+
     def period(self, clock: dict[str, list[float]]) -> float:
         """Return the time in which an object is seen again, s: of the slowest sensor that sees it; 0 is unknown."""
         slowest = 0.0
         for sensor, seen in clock.items():
             own = _median(seen[1:]) if len(seen) > 1 else 0.0
             if len(seen) <= ENOUGH:
-                pool = self.pooled.get(sensor)
-                own = max(own, _median(pool) if pool else 0.0)
+                own = max(own, self.usual(sensor))
             slowest = max(slowest, own)
         return slowest

@@ -16,12 +16,13 @@ from ..estimators.track.estimator import TrackEstimator
 from .inbox import Inbox
 from .live import COASTING, CONFIRMED, ENDED, TENTATIVE, Event, Live, Plot
 from .places import Places
+from .reach import error, miss, reaches
 from .scans import Scans
 
 UNKNOWN = 30.0  # s: the scan period assumed before one is known, where plots are not rarer
 REPEAT = 0.02, 0.05  # scan periods, s: within both, a second plot of a track tells the first one again
 SUSPECTS = 8  # plots set aside that are remembered for a key
-TWICE = 0.2, 0.5  # scan periods, and shortest of the last scans: no sensor sees an object twice in less
+TWICE = 0.08, 0.5  # scan periods, and shortest of the last scans: no sensor sees an object twice in less
 NAMED = 4.0  # times as many scans without a plot may a track have that its plots name, or while nobody was seen
 ALLOWED = 5.0, 0.25, 3.0  # deviations of a forecast that are allowed; s of what is fast, at least; and scans, at most
 CODE = re.compile(r"A[0-7]{4}$")  # a Mode A code
@@ -84,9 +85,9 @@ class Targets:
         if plot.key or self.rules.single:
             self._use_key(plot)
             return
-        found, near = self._best(plot)
+        found = self._best(plot)
         if found is None:
-            self._begin(plot).rival = near.id if near else 0
+            self._begin(plot)
         elif old := self._rivalled(found):
             self._end(found, plot.time, f"it is track {old.id}")
             for one in (*self._since(found, old.last.time), plot):
@@ -99,7 +100,7 @@ class Targets:
         """Give a plot to the track of its key that it can belong to; set it aside, or begin a new one."""
         alive = self.of_key.get(plot.key)
         if not alive:
-            track = self._best(plot, addressed=True)[0] if CODE.match(plot.key) else None
+            track = self._best(plot, addressed=True) if CODE.match(plot.key) else None
             if track is None:
                 self._begin(plot, *self.past.pop(plot.key, (None, {})))
                 return
@@ -122,8 +123,8 @@ class Targets:
             suspects.append(plot)
             del suspects[:-SUSPECTS]
             self.counts["outliers"] += 1
-            track = min(alive, key=lambda t: _miss(t, plot))
-            self._tell(plot.time, track, "outlier", f"a plot {_miss(track, plot) / 1e3:.1f} km off is set aside")
+            track = min(alive, key=lambda t: miss(t, plot))
+            self._tell(plot.time, track, "outlier", f"a plot {miss(track, plot) / 1e3:.1f} km off is set aside")
             return
         first = agreeing[-1]
         suspects.remove(first)
@@ -142,33 +143,35 @@ class Targets:
 
     def _reaches(self, a: Plot, b: Plot, allowance: float) -> bool:
         """Say whether one object can give both plots."""
-        return math.hypot(b.east - a.east, b.north - a.north) <= self.rules.fastest * (b.time - a.time) + allowance
+        return reaches(a, b, self.rules.fastest, allowance)
 
-    def _best(self, plot: Plot, addressed: bool = False) -> tuple[Live | None, Live | None]:
-        """Return the track in whose gate a plot is most likely, and the confirmed one that it misses by least."""
-        found, near = None, None
-        best, least = -math.inf, math.inf
+    def _best(self, plot: Plot, addressed: bool = False) -> Live | None:
+        """Return the track in whose gate a plot is most likely."""
+        found, best = None, -math.inf
         for track in self.places.within_reach(plot, self.rules.fastest):
-            if not self._may_take(track, plot, addressed):
-                continue
-            mean, S = self.estimator.predict(track.state.view(self.estimator.dtype)[0], plot.time)
-            (a, b), (_, d) = S.tolist()
-            e, n = plot.east - float(mean[0]), plot.north - float(mean[1])
-            det = a * d - b * b
-            if not 0 < det < math.inf:
-                continue  # the forecast says nothing
-            distance = (d * e * e - 2 * b * e * n + a * n * n) / det
-            if distance <= self.rules.gate**2:
-                if -distance - math.log(det) > best:
-                    found, best = track, -distance - math.log(det)
-            elif distance <= least and track.status != TENTATIVE:
-                near, least = track, distance
-        return found, near
+            if self._may_take(track, plot, addressed):
+                distance, size = self._miss(track, plot)
+                if distance <= self.rules.gate**2 and -distance - size > best:
+                    found, best = track, -distance - size
+        return found
+
+    def _miss(self, track: Live, plot: Plot) -> tuple[float, float]:
+        """Return by how many deviations, squared, a plot misses a forecast, and the log of its variance; inf: none."""
+        mean, S = self.estimator.predict(track.state.view(self.estimator.dtype)[0], plot.time)
+        (a, b), (_, d) = S.tolist()
+        e, n = plot.east - float(mean[0]), plot.north - float(mean[1])
+        det = a * d - b * b
+        if not 0 < det < math.inf:
+            return math.inf, math.inf  # the forecast says nothing
+        return (d * e * e - 2 * b * e * n + a * n * n) / det, math.log(det)
 
     def _rivalled(self, track: Live) -> Live | None:
-        """Return the track that a new one is really of: beside its first plot, and not seen since its last."""
-        old = self.live.get(track.rival) if track.status == TENTATIVE else None
-        return old if old and old.last.time < track.last.time else None
+        """Return the track that a new one is really of: not seen since, and of such the one that it misses by least."""
+        if track.status != TENTATIVE:
+            return None
+        near = self.places.within_reach(track.last, self.rules.fastest)
+        unseen = [t for t in near if t.status != TENTATIVE and t.last.time < track.last.time and not self._has_key(t)]
+        return min(unseen, key=lambda t: self._miss(t, track.last)[0], default=None)
 
     def _since(self, track: Live, time: float) -> list[Plot]:
         """Return the plots of a track after a time."""
@@ -223,10 +226,10 @@ class Targets:
         variance = float(max(out[AT["base"]]) * out[SPREADING])  # of the forecast that there was
         if track.count > 1 and 0 <= variance < math.inf:
             deviations, least, most = ALLOWED
-            most *= max(track.period, 1.0)
-            track.allowance = min(
-                max(deviations * math.sqrt(variance), least * self.rules.fastest), most * self.rules.fastest
+            most = max(
+                most * max(track.period, 1.0) * self.rules.fastest, deviations * error(track, self.estimator.dtype)
             )
+            track.allowance = min(max(deviations * math.sqrt(variance), least * self.rules.fastest), most)
         self.places.move(track)
         if track.status == COASTING:
             track.status = CONFIRMED
@@ -248,10 +251,17 @@ class Targets:
         N, M = self.rules.confirm
         if track.count < N:
             return
-        period = min((t.period for t in self.of_key.get(track.key, ()) if t.period), default=track.period)
-        if track.last.time - track.rows[-N, 0] <= (M - 0.5) * (period or self._unknown):
+        if track.last.time - track.rows[-N, 0] <= (M - 0.5) * self._scan(track):
             track.status = CONFIRMED
             self._tell(track.last.time, track, "confirmed", f"{N} plots within {M} scans")
+
+    def _scan(self, track: Live) -> float:
+        """Return the scan period by which a track is confirmed, s; one of wild plots has a long one of its own."""
+        if self._has_key(track):
+            period = min((t.period for t in self.of_key.get(track.key, ()) if t.period), default=track.period)
+        else:
+            period = min(track.period, self.scans.usual(track.last.sensor) or track.period)
+        return period or self._unknown
 
     @property
     def _unknown(self) -> float:
@@ -315,9 +325,3 @@ class Targets:
         event = Event(time, track.id, kind, words)
         track.events.append(event)
         self.events.append(event)
-
-
-def _miss(track: Live, plot: Plot) -> float:
-    """Return how far a plot lies from where a track would be by now, m."""
-    past, last = plot.time - track.sure.time, track.sure
-    return math.hypot(plot.east - last.east - past * track.motion[0], plot.north - last.north - past * track.motion[1])

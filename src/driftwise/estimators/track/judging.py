@@ -165,11 +165,12 @@ def watch(task, row, C, T, y, unit, w, mean, S):
         if not share > 1e-6:
             continue
         s = S[PLAIN, c] * exp(level / share) / row[bank.at_linear(C, PLAIN) + bank.LINEAR * c + linear.SCALE]
-        z = min(max((y[c] - mean[PLAIN, c]) / math.sqrt(s), -FARTHEST), FARTHEST)
+        e = y[c] - mean[PLAIN, c]
+        z = min(max(e / math.sqrt(s), -FARTHEST), FARTHEST)
         at = bank.of_coordinate(C, bank.DRIFT, c)
         row[at] += FRESH * (z - row[at])
         lead += square(row[at]) * (2.0 - FRESH) / FRESH
-        size2 += square(row[at]) * s
+        size2 += square(row[at]) * max(s, square(e / FARTHEST))
     row[bank.LEAD] = lead if size2 > square(BEHIND * least * T * T) and row[bank.SEEN] > SOONEST else 0.0
 
 

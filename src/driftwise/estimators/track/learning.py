@@ -18,6 +18,7 @@ FUZZ, EXACT = 0.01, 1e-9  # of a lattice's step, and of a step itself: what is n
 LEAST_COUNT = 1e-3  # of the tails, of what they start with
 YOUNG = 20.0  # plots, memory of the tails at first
 LOG_MEAN = 1.27  # -E log z^2, z normal
+EVEN = bank.SCALES.index(1.0)  # the scale of what errs as expected
 LEARNT_BY = 12  # plots: the variance of a plot is then left to the noise of each member
 PERIODS = 50.0  # plots by which the typical time between plots is known
 FINEST, COARSEST = 1e-6, 1e6  # a plot's standard deviation, of what is fast for the class between two plots
@@ -147,8 +148,9 @@ def learn_tails(task, row, C, y, parts):
     first = bank.row_at(C).tails
     fade_tails(task, row, C)
     for c in range(C):
-        if row[bank.of_coordinate(C, bank.GRAIN, c)] == 0.0 and is_exact(row, C, c, y):
-            continue  # as on a lattice whose step is not known: no error has such a size
+        if is_exact(row, C, c, y):  # as on a lattice, whose errors are as large as its cells
+            row[first + EVEN] += 1.0 if row[bank.of_coordinate(C, bank.GRAIN, c)] > 0.0 else 0.0
+            continue
         p = 0.0
         for j in range(bank.WILD):
             p += parts[c * bank.TAILS + j]
