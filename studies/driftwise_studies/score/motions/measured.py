@@ -19,6 +19,7 @@ from .scene import Scene
 from .simulation import Path, Seen, simulate
 
 FIRST = 3  # plots of a track that are not scored: its speed and noise are learnt
+FEW = 3  # plots without which a mean is looked at, too
 LONG = 30  # plots of a track that is judged alone
 LOST = 10.0, 5  # deviations of the error of the position, and plots in a row: it has diverged
 TELLABLE = 6.0  # deviations that a manoeuvre leads away, at least ..
@@ -34,6 +35,7 @@ class Followed(NamedTuple):
     scene: Scene
     plots: int
     nis: float  # mean over its plots that are not wild
+    most_nis: float  # the same without the three largest
     plot_share: float  # of its plots that are not wild, in their 95 % band
     position: tuple[float, float]  # share of coordinates in the 95 % band, plots
     velocity: tuple[float, float]
@@ -70,9 +72,9 @@ def play(seed: int, numbers: Iterable[int], processes: int | None = 1) -> list[F
         return list(pool.map(one, [draw(seed, number) for number in numbers], chunksize=4))
 
 
-def one(scene: Scene) -> Found:
-    """Track one scene, told the class and nothing else."""
-    seen = simulate(scene)
+def one(scene: Scene, stated: bool = False) -> Found:
+    """Track one scene, told the class and nothing else; ``stated``: the true variance of each plot as well."""
+    seen = simulate(scene, stated)
     tracker = Tracker(scene.kind.told, single=scene.single)
     tracker.feed(seen.plots)
     tracker.finish()
@@ -97,6 +99,7 @@ def follow(scene: Scene, track, seen: Seen, index: np.ndarray) -> Followed:
     """Hold one track against the truth."""
     trace, late = track.trace, slice(FIRST, None)
     tame = ~seen.wild[index][late]
+    nis = trace.nis[late][tame]
     owner = int(np.bincount(seen.object[index]).argmax())
     path, scan = seen.paths[owner], track.period or scene.sensors[0].scan
     off, off_v = trace.position - seen.truth[index], trace.velocity - seen.velocity[index]
@@ -109,7 +112,7 @@ def follow(scene: Scene, track, seen: Seen, index: np.ndarray) -> Followed:
     held_p = np.abs(off[late]) <= NORMAL_95 * sd[late]
     quiet, false, delays = onsets(scene, track.plots.time, trace.onset, path, scan)
     return Followed(
-        scene, len(track), average(trace.nis[late][tame]), average(outside >= 0.025), share(held_p),
+        scene, len(track), average(nis), average(np.sort(nis)[:-FEW]), average(outside >= 0.025), share(held_p),
         share(held_v), share(held_v[in_manoeuvre]),
         average(trace.log_score[late][tame].sum(axis=1) + unit), rms(off[late]) / scene.sensors[0].deviation,
         rms(off_v[late]), runs(far > LOST[0], LOST[1]), float(np.max(far, initial=0.0)), quiet, false, delays, scan,

@@ -47,8 +47,8 @@ class Seen(NamedTuple):
     paths: tuple[Path, ...]
 
 
-def simulate(scene: Scene) -> Seen:
-    """Return the plots of a scene and their truth."""
+def simulate(scene: Scene, stated: bool = False) -> Seen:
+    """Return the plots of a scene and their truth; ``stated``: each with the variance that its error was drawn with."""
     rng = np.random.default_rng([*scene.seed, 1])
     times = [stamps(rng, scene, s) for s in scene.sensors]
     span, parts, paths = times[0][-1] - times[0][0], [], []
@@ -62,13 +62,13 @@ def simulate(scene: Scene) -> Seen:
         for i, sensor in enumerate(scene.sensors):
             now = slice(at, at + len(times[i]))
             then = slice(now.start + sum(map(len, times)), now.stop + sum(map(len, times)))
-            parts.append(seen(rng, scene, sensor, k, times[i], path, now, then))
+            parts.append(seen(rng, scene, sensor, k, times[i], path, now, then, stated))
             at = now.stop
     table = [np.concatenate(c) for c in zip(*parts)]
     order = np.argsort(table[0], kind="stable")
     time, position, truth, velocity, wild, who, which, variance = (c[order] for c in table)
     made = plots(
-        time, position, covariance=variance[:, None, None] * np.eye(2) if scene.stated else None,
+        time, position, covariance=variance[:, None, None] * np.eye(2) if stated or scene.stated else None,
         key=[f"K{k}" for k in who] if scene.keyed else None, sensor=np.where(which == 0, "A", "B"),
     )  # fmt: skip
     return Seen(made, who, truth, velocity, wild, tuple(paths))
@@ -168,7 +168,7 @@ def place(rng, scene: Scene, span: float) -> np.ndarray:
     return rng.uniform(-side, side, 2)
 
 
-def seen(rng, scene: Scene, sensor: Sensor, k: int, time, path: Path, now: slice, then: slice):
+def seen(rng, scene: Scene, sensor: Sensor, k: int, time, path: Path, now: slice, then: slice, stated: bool):
     """Return the columns of one sensor's plots of one object."""
     n = len(time)
     sd = np.full(n, sensor.deviation)
@@ -190,8 +190,11 @@ def seen(rng, scene: Scene, sensor: Sensor, k: int, time, path: Path, now: slice
         position = scene.lattice * np.round(position / scene.lattice)
     keep = rng.random(n) >= scene.missing
     keep[:3] = True
+    variance = np.full(n, scene.stated * sensor.deviation**2)
+    if stated:  # of each coordinate; an offset and a way are as likely East as North
+        variance = sd**2 + np.where(wild, size**2, 0.0) / 2 + scene.lattice**2 / 12 + np.hypot(*sensor.offset) ** 2 / 2
     columns = (
         time, position, path.position[now], path.velocity[now], wild,
-        np.full(n, k), np.full(n, int(sensor.name == "B")), np.full(n, scene.stated * sensor.deviation**2),
+        np.full(n, k), np.full(n, int(sensor.name == "B")), variance,
     )  # fmt: skip
     return tuple(c[keep] for c in columns)
