@@ -1,6 +1,7 @@
 """What an identification claims: its words are the texts of its claims, each a number to hold against the truth."""
 
 import json
+import math
 import re
 
 import numpy as np
@@ -100,14 +101,15 @@ def test_a_gain_that_is_not_known_is_not_told():
 
 
 def test_the_most_likely_and_the_simplest_are_not_confused(found):
-    """At log odds far below the best nothing predicts as well: its errors are no larger, and that is said."""
     import dataclasses
 
     best = found.chosen._replace(evidence=0.0)
-    other = next(rival for rival in found.rivals if rival is not found.chosen)._replace(evidence=-500.0)
-    said = dataclasses.replace(found, rivals=[best, other], chosen=other).claims
-    (choice,) = [claim for claim in said if claim.kind == "model choice"]
-    assert choice.subject == "errors" and "as well as" not in choice.text and choice.odds < 1e-100
+    other = next(rival for rival in found.rivals if rival is not found.chosen)._replace(evidence=-0.4)
+    for chosen, subject in ((best, "most likely"), (other, "as likely")):
+        said = dataclasses.replace(found, rivals=[best, other], chosen=chosen).claims
+        (choice,) = [claim for claim in said if claim.kind == "model choice"]
+        assert choice.subject == subject and choice.odds == pytest.approx(math.exp(chosen.evidence))
+        assert best.name in choice.text and ("simplest" in choice.text) == (chosen is other)
 
 
 @pytest.mark.parametrize("after", [1.0, 0.5])

@@ -188,6 +188,8 @@ def test_random_plants_of_all_families_are_found():
     script = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(script)
     found = [script.outcome(seed) for seed in range(1000, 1020)]
+    late = [script.outcome(seed, 40, 1) for seed in (66, 146)]
+    assert all(o.is_as_good for o in late), "ARMAX(3,3,3) behind a delay learns late, and is good afterwards"
     assert sum(o.is_as_good for o in found) >= 17, [o for o in found if not o.is_as_good]
     assert 0.92 < np.mean([o.coverage for o in found]) < 0.97
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import driftwise as dw
-from driftwise.analysis.delays import DelayScan, longest_delay
+from driftwise.analysis.delays import DelayScan, longest_delay, shown_delays
 from driftwise.analysis.held_model import HeldModel
-from driftwise.analysis.residual_tests import is_computed
+from driftwise.analysis.residual_tests import feedback, is_computed
 from driftwise.engine.errors import InputError
 from driftwise.models.curves import modes, step_response
 
@@ -64,6 +64,20 @@ def test_feedback_is_named(dither):
     found = validated(dw.ARX(1, 1, 1), *controlled(0.8, 1, dither))
     assert "feedback" in named(found) and "delay" not in named(found)
     assert is_computed(*controlled(0.8, 1, dither)) == (dither == 0)
+
+
+def test_an_answer_to_slow_noise_is_feedback():
+    """Of what is new in y it sees next to nothing; an input of its own moves ten times as much."""
+    rng = np.random.default_rng(6)
+    T, level = 2000, np.zeros(2000)
+    y, u, told = np.zeros(T), np.zeros(T), []
+    for share in (0.0, 0.1):
+        for t in range(1, T):
+            level[t] = 0.98 * level[t - 1] + 0.1 * rng.standard_normal()
+            y[t] = level[t] + 0.2 * u[t - 1] + 0.5 * rng.standard_normal()
+            u[t] = rng.standard_normal() - 2 * share * y[t - 1]
+        told.append(feedback(y, u[:, None], 0, 0.99))
+    assert told[0].largest < told[0].limit and told[1].largest > 1.3 * told[1].limit
 
 
 def test_two_valued_and_held_inputs_are_not_computed():
@@ -225,3 +239,21 @@ def test_a_model_without_inputs_is_validated_and_reported(est, tmp_path):
     assert [verdict.name for verdict in found.verdicts] == ["autocorrelation", "nonlinearity"] and found.is_fine
     assert "Poles in time" in trace.report(tmp_path / "page.html").read_text()
     assert "Poles in time" in found.report(tmp_path / "own.html").read_text()
+
+
+@pytest.mark.parametrize("delay", [0, 1, 2, 3, 17])
+def test_a_delay_begins_with_the_first_lag_that_counts(delay):
+    """Beside noise that is no equation error, where coefficients that lie later look better."""
+    rng, found = np.random.default_rng(8), []
+    for _ in range(20):
+        u = rng.standard_normal(1500)
+        x = np.convolve(u, np.r_[np.zeros(delay), 0.3, 1.0, 1.2, 1.1 * 0.9 ** np.arange(60)])[:1500]
+        found.append(shown_delays(x + 2.0 * rng.standard_normal(1500), u[:, None]))
+    assert found.count(() if delay == 1 else (delay,)) >= 18
+
+
+def test_an_input_that_does_nothing_has_no_delay():
+    """Of forty delays tried, one stands out by chance in one record of twenty."""
+    rng = np.random.default_rng(9)
+    found = [shown_delays(rng.standard_normal(600), rng.standard_normal((600, 1))) for _ in range(40)]
+    assert found.count(()) >= 35

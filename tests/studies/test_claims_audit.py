@@ -186,7 +186,6 @@ def test_the_most_likely_is_the_most_likely_and_as_likely_is_as_likely():
     one = case(PLAIN, candidates=table)
     assert check(one, claim("model choice", "most likely", "ARX(2,2,1)")) == TRUE
     assert check(one, claim("model choice", "as likely", "ARX(1,1,1)")) == FALSE
-    assert check(one, claim("model choice", "errors", "ARX(1,1,1)")) == TRUE
 
 
 def test_a_file_goes_through_the_front_door_and_its_claims_are_counted(monkeypatch):

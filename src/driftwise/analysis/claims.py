@@ -17,7 +17,6 @@ from ..results.stable import is_integrator, swings
 from ..tables.table_words import column_claims, table_claims, taken_words
 from . import identification_words as say
 from .change_log import surest
-from .identifier import CLOSE
 from .step_response import OVERSHOOT
 
 FAST = 0.05  # a pole below that is over within a sample
@@ -173,7 +172,7 @@ def choice_claims(found) -> Iterator[Claim]:
     chosen, best = found.chosen, found.rivals[0]
     if not found.is_judged:
         return
-    why = "most likely" if chosen is best else "as likely" if chosen.evidence > best.evidence - CLOSE else "errors"
+    why = "most likely" if chosen is best else "as likely"
     odds = math.exp(max(chosen.evidence - best.evidence, -700.0))
     text = say.choice_words(len(found.rivals), chosen.name, best.name, why)
     yield Claim("model choice", why, text, chosen.name, odds=odds)

@@ -139,7 +139,7 @@ def longest_delay(y) -> int:
 
 
 def shown_delays(y, u) -> tuple[int, ...]:
-    """Return after how many samples each input acts, where the usual candidates do not hold it; nothing else.
+    """Return after how many samples each input acts, where that is not one; nothing where the inputs tell nothing.
 
     Asked are the delays of an equation of fourth order up to `longest_delay`; they must beat the best of those within
     ``USUAL`` at odds of 100:1, times the delays tried. Then each begins as late as costs next to nothing. Bad at inputs
@@ -154,16 +154,21 @@ def shown_delays(y, u) -> tuple[int, ...]:
     best = scan.best((1,) * k, (0,) * k)
     near = min((scan.left((d,) * k), (d,) * k) for d in range(USUAL + 1))[1]
     if scan.odds(near, best) <= SURE + math.log(most):
-        return ()
-    found = tuple(first_lag(scan, best, i) for i in range(k))
-    return () if max(found) <= USUAL and len(set(found)) == 1 else found
+        best = near
+    wide = DelayScan(y, u, 2 * ORDER, (2 * ORDER,) * k, max(best))
+    found = tuple(first_lag(wide if wide.is_enough else scan, best, i) for i in range(k))
+    return () if set(found) == {1} else found
 
 
 def first_lag(scan: DelayScan, nk: tuple[int, ...], i: int) -> int:
-    """Return the first lag of an input that counts: those before it can go, at odds of less than ``SURE``."""
-    whole = scan.left(nk)
-    for skipped in range(scan.nb[i] - 1, 0, -1):
+    """Return the first lag of an input that counts, ``nk`` or some before or after: those before it can go.
+
+    They can at odds of less than ``SURE``, times the lags tried.
+    """
+    least = -min(ORDER - 1, nk[i])
+    whole, sure = scan.left(nk, {i: least}), SURE + math.log(2 * (ORDER - 1))
+    for skipped in range(ORDER, least, -1):
         left = scan.left(nk, {i: skipped})
-        if 0.5 * scan.rows * math.log(left / whole) < SURE:
-            return nk[i] + skipped
-    return nk[i]
+        if 0.5 * scan.rows * math.log(left / whole) < sure:
+            return nk[i] + skipped if skipped < ORDER else 1
+    return nk[i] + least

@@ -123,8 +123,4 @@ def choice_words(count: int, chosen: str, best: str, why: str) -> str:
     """Return which model is shown, and why."""
     if why == "most likely":
         return f"Of {count} models, {chosen} is the most likely."
-    if why == "as likely":
-        return f"Of {count} models, {chosen} is the simplest of those about as likely as the best, {best}."
-    return (
-        f"Of {count} models, {chosen} is the simplest whose errors are no larger than those of the most likely, {best}."
-    )
+    return f"Of {count} models, {chosen} is the simplest of those about as likely as the best, {best}."

@@ -21,7 +21,8 @@ PILOT, MOVED = 200, 10  # samples that set the units, and how many of each colum
 NARROW, KEEP = 16_384, 4  # samples after which so many structures go on
 BASELINES = "last value", "mean"  # so far: what a model has to beat
 AWAY = 10.0  # times the error of the mean: a member has run away
-CLOSE = 3.0  # log odds below which the simpler model is taken
+LEARNING = 1 / 3  # of the evidence of the first half counts: there the larger models learn, and are good afterwards
+CLOSE = 0.5  # log odds below which the simpler model is taken
 
 
 class Rival(NamedTuple):
@@ -29,7 +30,7 @@ class Rival(NamedTuple):
 
     candidate: Candidate
     memory: Any
-    evidence: float  # log density of all outputs, below that of the best
+    evidence: float  # log density of the outputs, below that of the best; of the first half `LEARNING`
     rmse: float
     unknowns: int
     ran_away: bool = False  # its errors were ten times those of the mean of y: it forecasts no more
@@ -58,6 +59,7 @@ class Identifier:
         self._members: list[tuple[Candidate, Any]] = []
         self._average: Any = None
         self._state: Any = None
+        self._halfway = np.zeros(0)  # evidence of each member in the first half of the first piece
         self.samples = 0
         self.rivals: list[Rival] = []
         self.naive: dict[str, float] = {}
@@ -68,12 +70,15 @@ class Identifier:
         is_first = self._average is None
         if is_first:
             self._begin(y, u)
-        edge = NARROW - self.samples if self.samples < NARROW <= self.samples + len(y) else 0
+        half = len(y) // 2 if is_first else 0
+        begins = sorted({0, half, min(max(NARROW - self.samples, 0), len(y))})
         parts = []
-        if edge:
-            parts.append(self._scan(y[:edge], u[:edge]))
-            self._narrow()
-        parts.append(self._scan(y[edge:], u[edge:]))
+        for begin, end in zip(begins, [*begins[1:], len(y)]):
+            if is_first and begin == half:
+                self._halfway = self._average.evidence(self._state)[: len(self._members)]
+            parts.append(self._scan(y[begin:end], u[begin:end]))
+            if self.samples == NARROW and end > begin:
+                self._narrow()
         if is_first:
             self._judge()
         return joined(parts, time)
@@ -88,6 +93,7 @@ class Identifier:
         self.candidates = candidates(self.inputs, self.dt, shown_delays(y[half], u[half]), measured)
         self._members = [(c, memory) for c in self.candidates for memory in c.memories]
         members = [c.estimator(memory) for c, memory in self._members]
+        self._halfway = np.zeros(len(members))
         names = [f"{c.name}, {memory_words(m)}" for c, m in self._members]
         settle = max(30, 2 * max(c.unknowns for c in self.candidates))
         self._average = ModelAverage(members, names=names, settle=settle).scaled_to(*self.pilot)
@@ -111,11 +117,13 @@ class Identifier:
         """Go on with some of the members."""
         self._average, self._state = self._average.narrowed(self._state, keep)
         self._members = [self._members[i] for i in keep]
+        self._halfway = self._halfway[keep]
 
     def _judge(self):
         """Rank the candidates by the evidence of all samples so far; go on without members that have run away."""
         M, average = len(self._members), self._average
-        evidence, squares = average.evidence(self._state)[:M], average.squares(self._state)[:M]
+        evidence = average.evidence(self._state)[:M] - (1 - LEARNING) * self._halfway
+        squares = average.squares(self._state)[:M]
         self.naive, count = self.baselines, self._judged
         found: dict[str, Rival] = {}
         for (c, memory), log, square in zip(self._members, evidence, squares):
@@ -142,10 +150,9 @@ class Identifier:
 
     @property
     def chosen(self) -> Rival:
-        """The candidate with the fewest parameters of those as likely as the best, or with errors no larger."""
-        best = self.rivals[0]
+        """The candidate with the fewest parameters of those as likely as the best."""
         able = [r for r in self.rivals if not r.ran_away] or self.rivals
-        close = [r for r in able if r.evidence > best.evidence - CLOSE or r.rmse <= best.rmse]
+        close = [r for r in able if r.evidence > able[0].evidence - CLOSE]
         return min(close, key=lambda r: (r.unknowns, -r.evidence))
 
     @property

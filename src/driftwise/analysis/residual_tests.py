@@ -122,25 +122,29 @@ def missing_lags(z, u, lags: int, level: float) -> Correlated:
     return correlate(z, prewhitened(u), range(lags + 1), level)
 
 
-def news(y, u) -> np.ndarray:
-    """Return what is new in y, given the past of y and of all inputs, whatever the model; outliers are drawn in."""
-    deep = min(max(OWN, longest_delay(y)), len(y) // (20 * (1 + u.shape[1])))
-    rows = [lagged(y, range(1, OWN + 1)), *(lagged(x, range(1, deep + 1)) for x in u.T)]
-    found = regressed(y, np.hstack(rows))
-    if not np.isfinite(found).any():
-        return found
-    most = CLIP * 1.4826 * float(np.nanmedian(np.abs(found)))
-    return found.clip(-most, most) if most > 0 else found
+def clipped(x) -> np.ndarray:
+    """Return a series with its outliers drawn in."""
+    most = CLIP * 1.4826 * float(np.nanmedian(np.abs(x))) if np.isfinite(x).any() else 0.0
+    return x.clip(-most, most) if most > 0 else x
 
 
 def feedback(y, u, i: int, level: float, is_late: bool = True) -> Correlated:
-    """Return how what is new in an input goes with what was new in y 0, 1, .. samples before.
+    """Return how what is new in an input goes with y 0, 1, .. samples before, beyond what the inputs' past tells of it.
 
     An input that nobody steers by y owes nothing to the past of y, whatever the plant and its model are (Granger 1969;
     Caines and Chan 1975): only that past is asked, and, where the plant ``is_late`` (an input acts after a sample or
-    more, so that what is new in both at once came by the controller), the same sample.
+    more, so that what is new in both at once came by the controller), the same sample. Asked are what is new in y,
+    which shows an answer to white noise among what is slow, and all of y, which shows one to slow noise, whose news
+    are little of it; the one that shows more is returned.
     """
-    return correlate(prewhitened(u[:, i]), news(y, u), range(0 if is_late else 1, LAGS + 1), level)
+    k = 1 + u.shape[1]
+    deep = min(max(PAST, longest_delay(y)), len(y) // (20 * k))
+    past = np.hstack([lagged(x, range(1, deep + 1)) for x in u.T])
+    of_y = np.hstack([lagged(y, range(1, OWN + 1)), past])
+    pairs = (prewhitened(u[:, i]), regressed(y, of_y)), (regressed(u[:, i], past), regressed(y, past))
+    lags = range(0 if is_late else 1, LAGS + 1)
+    found = [correlate(new, clipped(left), lags, level ** (1 / len(pairs))) for new, left in pairs]
+    return max(found, key=lambda c: c.largest / c.limit if c.is_known else -1.0)
 
 
 def is_computed(y, u) -> bool:

@@ -226,14 +226,12 @@ def forecast(case: Case, claim) -> str:
 
 
 def model_choice(case: Case, claim) -> str:
-    """The most likely; or odds that are not far below; or errors no larger where only these are meant."""
+    """The most likely; or odds that are not far below."""
     candidates = case.answer["candidates"]
     at = candidates["model"].index(claim["value"])
     if claim["subject"] == "most likely":
         return _said(candidates["log_odds"][at] > -1e-6)
-    if claim["subject"] == "as likely":
-        return _said(candidates["log_odds"][at] > -5)
-    return _said(candidates["rmse"][at] <= 1.01 * candidates["rmse"][0])
+    return _said(candidates["log_odds"][at] > -1)
 
 
 def note(case: Case, claim) -> str:
