@@ -320,10 +320,10 @@ def _clock(columns, names: dict[str, Name], stamps: frozenset[str], wanted) -> s
             continue
         score = 3.0 if name in stamps else 2.0 if "time" in names[name].kinds else 0.0
         steps = np.diff(values[np.isfinite(values)])
+        if not np.any(steps > 0) or np.mean(steps < 0) > OUT_OF_STEP:
+            continue
         if score == 0.0 and "calendar" in names[name].kinds and np.all(steps >= 0) and np.mean(steps > 0) > 0.5:
             score = 1.5  # hours that go on, not those of the day
-        if not steps.size or not np.any(steps > 0) or np.mean(steps < 0) > OUT_OF_STEP:
-            continue
         if score == 0.0:  # no word for it: the first column, if it ticks
             ticks = j == 0 and np.all(steps > 0) and np.ptp(steps) <= 0.02 * np.median(steps)
             ticks &= not (np.all(steps == 1) and values[0] in (0, 1))  # an index, not a clock
