@@ -7,6 +7,7 @@ from driftwise_studies.score.claims.simulation import record
 from scipy.signal import lfilter
 
 from driftwise.analysis.change_log import ChangeLog, moved
+from driftwise.analysis.change_places import share
 from driftwise.analysis.segmentation import GAIN, LEVEL, NOISE, Jump, hindsight
 
 
@@ -126,6 +127,11 @@ def test_a_level_without_an_input_is_told():
         y[160:] += 1.5
         (jump,) = found(y, np.zeros((300, 0)))
         assert jump.kind == LEVEL and abs(jump.at - 160) < 8 and jump.interval[0] <= 160 <= jump.interval[1]
+
+
+def test_a_direction_that_is_not_free_has_no_share_and_warns_of_nothing():
+    with np.errstate(all="raise"):
+        assert share(np.array([1e10, 4.0]), np.array([0.0, 2.0]), 10).tolist() == [0.0, 2.0]
 
 
 def test_a_start_beside_a_wrong_change_hides_no_right_one():

@@ -74,7 +74,8 @@ def part_of(now: Response, kind: str, i: int, at: int, r) -> tuple[np.ndarray, n
 
 def share(product, free, rows: int):
     """Return products with directions as multiples of these, whose squares are ``free``; 0 of what is not free."""
-    return np.where(free > 1e-9 * rows, product / np.maximum(free, 1e-300), 0.0)
+    is_free = free > 1e-9 * rows
+    return np.where(is_free, product / np.where(is_free, free, 1.0), 0.0)
 
 
 def place(now: Response, kind: str, i: int, r, hint: int = -1) -> Place | None:
