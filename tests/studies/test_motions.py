@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from driftwise_studies.score.motions import draw, simulate
 from driftwise_studies.score.motions.field import Total, by_kind, by_trouble
+from driftwise_studies.score.motions.jets import alone, imm
 from driftwise_studies.score.motions.measured import one, onsets, play, runs
 from driftwise_studies.score.motions.scene import ALONE, KINDS, Scene, Sensor
 from driftwise_studies.score.motions.simulation import Path
@@ -77,3 +78,20 @@ def test_a_plain_flight_is_followed_and_tables_say_so():
     total = Total(found)
     assert total.whole == 1.0 and total.lost == 0.0
     assert by_trouble(found).count("\n") >= 4 and "flight" in by_kind(found)
+
+
+def test_three_filters_of_one_line_forecast_the_line_through_all_plots():
+    """Where no model moves, what interacts is least squares, whatever the probabilities of a change."""
+    t = np.cumsum(np.random.default_rng(1).uniform(1.0, 5.0, 40))
+    plots = np.stack([100.0 * t, 30.0 - 50.0 * t], axis=1) + 20.0 * np.random.default_rng(2).standard_normal((40, 2))
+    said = imm(t, plots, 20.0, 1e6, grid=((1e-9, 1e-9, 1e-9, 5.0, 0.9), (1e-9, 1e-9, 1e-9, 5.0, 0.5)))
+    line = [np.polyval(np.polyfit(t[:30], x[:30], 1), t[30]) for x in plots.T]
+    np.testing.assert_allclose(said[30], [line, line], atol=1e-4)
+
+
+def test_three_filters_tuned_for_a_turn_follow_it_better_than_one_of_constant_velocity():
+    seen = simulate(alone(scene("jet", plots=300)))
+    straight = (0.3,) * 3 + (4.0, 0.97)
+    said = imm(seen.plots.time, seen.plots.position, 20.0, 250.0, grid=(straight, (0.3, 15.0, 25.0, 4.0, 0.97)))
+    error = np.sqrt(np.mean((said[10:] - seen.truth[10:, None]) ** 2, axis=(0, 2)))
+    assert error[1] < 0.7 * error[0]
