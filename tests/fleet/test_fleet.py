@@ -7,7 +7,9 @@ import driftwise as dw
 from driftwise.engine import compile
 from driftwise.engine.compilers import compilers
 from driftwise.engine.simd_fleet import turns
+from driftwise.estimators.grey_box.start import BatchStart
 from driftwise.fleet import crew as crews
+from driftwise.fleet import fleet as fleets
 from driftwise.fleet.grouping import group_samples, stable_order
 
 SERIES, SAMPLES = 7, 60
@@ -114,11 +116,38 @@ def test_series_come_and_go_and_have_settings_of_their_own():
         assert bits(alone.scan(begun).state) == bits(fleet.state(key))
 
 
+OBSERVERS = {
+    "state space": dw.StateSpace([[1, 1], [0, 1]], [[0.5], [1]], [1, 0], Q=[0, 0.1], R=1.0),
+    "window": dw.WindowObserver(dw.Plant([[-0.9]], [[1.0]], C=[[1.0]]), 1.0, noise_std=0.1, dt=0.1, hold="zoh"),
+    "grey box": dw.GreyBox("tank", start=None),
+    "grey box that fits": dw.GreyBox("tank", start=BatchStart(16), jumps="fit"),
+}
+
+
+@pytest.mark.parametrize("name", OBSERVERS)
+def test_observers_of_a_plant_are_a_fleet_also_those_that_pause_for_fits(name, tmp_path):
+    est = OBSERVERS[name]
+    rng = np.random.default_rng(1)
+    u, y = 1e-3 * rng.random((80, 1)), 1 + 0.1 * rng.standard_normal((80, 2))
+    keys = np.tile(["a", "b"], 40)
+    fleet = dw.Fleet(est)
+    fleet.scan(keys, y[:40].ravel(), np.repeat(u[:40], 2, axis=0))
+    fleet.save(tmp_path / "fleet.parquet")
+    fleet = dw.Fleet.load(tmp_path / "fleet.parquet")
+    step = fleet.scan(keys, y[40:].ravel(), np.repeat(u[40:], 2, axis=0))
+    for i, key in enumerate("ab"):
+        trace = est.scan(y[:, i], u)
+        assert bits(trace.state) == bits(fleet.state(key)) and np.isfinite(fleet.mean(key)).all()
+        assert np.array_equal(trace.prediction[40:], step.prediction[i::2])
+
+
 def test_bad_input_is_refused_and_nothing_is_lost():
     fleet = dw.Fleet(dw.AR(1), ["a", "b"])
     fleet.update_batch(None, [1.0, 2.0])
     before = bits(fleet.states)
     observer = dw.WindowObserver(dw.Plant([[0.9]], C=[[1.0]]), dt=1.0, window=3.0, noise_std=1.0)
+    box = dw.GreyBox("tank")
+    boxes = dw.Fleet(box)
     refused = [
         (lambda: fleet.update_batch(["a", "c"], [1.0, 2.0]), "no series 'c'"),
         (lambda: fleet.update_batch(None, [1.0, 2.0, 3.0]), "y must have 2 rows"),
@@ -133,7 +162,8 @@ def test_bad_input_is_refused_and_nothing_is_lost():
         (lambda: fleet.add(["c"], dw.AR(1, memory=dw.ExponentialForgetting(0.99))), "one kind of estimator"),
         (lambda: dw.Fleet(dw.Joint(1, noise=dw.models.OutputError(), start="algebraic")), "algebraic"),
         (lambda: dw.Fleet(dw.AR(1), threads=0), "threads"),
-        (lambda: dw.Fleet(observer), "known plant"),
+        (lambda: fleets.check_learns(observer), "known plant"),
+        (lambda: boxes.add(["c"], box.replace(dt=2.0)), "another needs its own fleet"),
         (lambda: dw.Fleet(dw.ModelAverage([dw.AR(1), dw.AR(2)])), "needs one of driftwise's estimators"),
         (lambda: dw.Fleet(dw.TrackEstimator()), "needs one of driftwise's estimators"),
         (

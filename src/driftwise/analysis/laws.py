@@ -258,11 +258,11 @@ def law_compiled_equals_plain(est, y, u):
 
 def law_fleet_of_known_sizes(est, y, u):
     """Mixed with others in a fleet, whose loop has its sizes compiled in, a series takes the same steps."""
-    if _is_observer(est) or est.starting is not None:
-        return  # no fleet takes them
+    if est.starting is not None or est.pauses:
+        return  # no fleet takes them, or one by one
     y, u = y[:12], _part(u, slice(12))
     fleet = Fleet(est, ["own", "other"], threads=1, lanes=False)
-    crew, rows, outs = fleet.crew, est._rows(est.start()), np.empty((1, len(y), 4 * (_outputs(est) or 1)))
+    crew, rows, outs = fleet.crew, est._rows(est.start()), np.empty((1, len(y), est.step_columns))
     crew.loop = lambda columns: compile.plain_crew(crew.kinds, crew.sizes, crew.shapes(columns))  # type: ignore
     us = np.zeros((1, len(y), 0)) if u is None else np.ascontiguousarray(u, float).reshape(1, len(y), -1)
     both = np.stack([y, y[::-1]], axis=1).reshape(2 * len(y), *y.shape[1:])

@@ -29,6 +29,7 @@ class Answers:
     is_arx = False  # whether it is A(q) y = B(q) u + e, all regressors data
     holds_poles = False  # whether poles are held where they are: neither taught nor in doubt
     simulates = False  # whether it has formulas of a plant, in physical units, and can simulate it
+    pauses = False  # whether its loop pauses between samples, for fits in Python
     fits_fleet = True  # whether a state may be a row of a fleet
     tells_what_changed = False  # whether the slopes of its innovations can be had by its parameters
     window = math.inf  # seconds looked back at, if no more

@@ -32,6 +32,7 @@ class Crew:
         self.outputs, self.inputs = estimator.outputs or 1, estimator.model.inputs
         self.numbers, self.room = len(estimator.spec), estimator.scratch_size
         self.columns = estimator.n_columns
+        self.drive = estimator.drive if estimator.pauses else None
         self.threads = threads or os.cpu_count() or 1
         self._brief: dict[int, bool] = {}  # by columns: the loop of one series is there, the fleet's own is not
         self._stretches = 0
@@ -79,13 +80,15 @@ class Crew:
         members, starts, order, is_open = group_samples(at, len(rows))
         self.seen += len(at)
         shapes, lanes = self.shapes(columns), None
-        if self.is_wide:
+        if self.is_wide and not self.drive:
             lanes = simd_fleet.lane_crew(self.kinds, self.sizes, shapes)
-        if lanes is None and self.is_brief(len(members), columns):
+        if self.drive:
+            loop = one_by_one(self.drive)
+        elif lanes is None and self.is_brief(len(members), columns):
             loop = one_by_one(compile.driver(*self.kinds))
         else:
             loop = lanes or self.loop(columns)
-        count = 1 if len(at) < SMALL else min(self.threads, len(members))
+        count = 1 if len(at) < SMALL or self.drive else min(self.threads, len(members))
 
         def part(first, last):
             if first < last:

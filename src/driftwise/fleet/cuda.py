@@ -22,6 +22,8 @@ class CudaCrew(Crew):
 
     def __init__(self, estimator):
         super().__init__(estimator)
+        if estimator.is_observer:
+            raise InputError(f"a fleet of {type(estimator).__name__} is the processor's: leave device='cuda' out")
         require_device()
         self._there: Any = None  # rows upright (W, S), so that series stand side by side; their settings; their groups
 

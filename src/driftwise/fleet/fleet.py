@@ -32,6 +32,15 @@ def _listed(keys: Iterable) -> Iterable:
     return keys
 
 
+def check_learns(estimator) -> None:
+    """Raise InputError for an observer, whose fleet is no run: results are about parameters of scaled models."""
+    if getattr(estimator, "is_observer", False):
+        raise InputError(
+            "a run over a table is for estimators that learn parameters of scaled samples; observers of a known plant "
+            "are many in dw.Fleet(est, keys), or in est.update_batch(est.start(series), y, u)"
+        )
+
+
 class Fleet:
     """Many series of one kind of estimator: add, drop, and advance them, any subset in any order.
 
@@ -41,7 +50,8 @@ class Fleet:
     Parameters
     ----------
     estimator : the settings of each series, unless it gets its own
-        ``Joint``, ``ARX`` and its kin, ``JointMIMO``, ``ARXMIMO``; not with ``start="algebraic"``.
+        ``Joint``, ``ARX`` and its kin, ``JointMIMO``, ``ARXMIMO``; not with ``start="algebraic"``. Observers, as
+        ``StateSpace`` and ``GreyBox``, too: those that pause for fits, of a start or of jumps, go one by one.
     keys : iterable, optional
         Names of the first series: numbers, text, anything hashable.
     threads : int, optional
@@ -85,12 +95,7 @@ class Fleet:
     ):
         if not is_estimator(estimator) or estimator.members:
             raise InputError(f"a fleet needs one of driftwise's estimators, such as ARX(2, 2), got {estimator!r}")
-        if estimator.is_observer:
-            raise InputError(
-                "a fleet is for estimators that learn parameters; for many observers of a known plant: "
-                "states, steps = est.update_batch(est.start(series), y, u)"
-            )
-        if estimator.starting is not None:
+        if estimator.starting is not None and not estimator.pauses:
             raise InputError("a fleet takes each sample as it comes: leave start='algebraic' out")
         if threads is not None:
             validation.count("threads", threads, least=1)
@@ -174,6 +179,8 @@ class Fleet:
         for number, other in enumerate(self.estimators):
             if other is estimator:
                 return number
+        if own.drive:
+            raise InputError("series whose estimators pause for fits have one estimator: another needs its own fleet")
         self.estimators.append(estimator)
         self._specs = np.vstack([self._specs, estimator.spec])
         return len(self.estimators) - 1
@@ -296,7 +303,7 @@ class Fleet:
         if y.shape not in ((n, p), (n,) if p == 1 else None):
             raise InputError(f"y must have {n} rows like keys{'' if p == 1 else f' and {p} columns'}, got {y.shape}")
         us = validation.simultaneous(u, n, k)
-        outs = self.advance(at, y.reshape(n, p), us)
+        outs = self.advance(at, y.reshape(n, p), us, self.estimators[0].step_columns)
         prediction, innovation, variance, status = (outs[:, p * i : p * i + p].reshape(y.shape) for i in range(4))
         return Step(prediction, innovation, variance, status.astype(int))
 

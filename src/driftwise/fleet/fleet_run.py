@@ -12,7 +12,7 @@ from driftwise.engine import validation
 from driftwise.engine.errors import InputError
 from driftwise.fleet import store
 from driftwise.fleet.final import final
-from driftwise.fleet.fleet import Fleet
+from driftwise.fleet.fleet import Fleet, check_learns
 from driftwise.fleet.fleet_out import FleetOut
 from driftwise.fleet.fleet_parts import sweep
 from driftwise.fleet.job import FleetJob, FleetResult, Progress, facts_of, refuse_another
@@ -66,6 +66,7 @@ def run_fleet(job: FleetJob, go: Callable[[FleetRun, Dataset], None] | None = No
         sweep(folder)
         kept = _kept(job)
         threads = job.threads
+        check_learns(job.estimator)
         fleet = Fleet(job.estimator, threads=threads) if kept is None else Fleet._of(kept, threads=threads)
         run = _run(folder, fleet, facts)
         out = run.sinks

@@ -12,7 +12,7 @@ from ..engine.errors import InputError
 from ..fleet.columns import Columns
 from ..fleet.counters import JUMP
 from ..fleet.events import FleetEvents, Seen
-from ..fleet.fleet import Fleet
+from ..fleet.fleet import Fleet, check_learns
 from ..fleet.intake import Intake, Taken
 from ..fleet.samples import Samples, rank_of, starts_of
 from ..fleet.store import settings
@@ -58,6 +58,7 @@ class Rows:
     """
 
     def __init__(self, estimator: Any, dt: float = 0.0, first: int = 32, stuck: int = 100, window: int = 0):
+        check_learns(estimator)
         self.fleet = Fleet(estimator, threads=1)
         self.intake = Intake(self.fleet, dt or None, first)
         self.tally, self.events = self.intake.tally, FleetEvents(self.fleet, most=None)

@@ -124,6 +124,10 @@ class Observer(Estimator):
         std = np.sqrt(np.asarray(self.sigma2(state)))[..., None] * state["std"]
         return np.where(is_ready, self._values(state), np.nan), np.where(is_ready, std, np.inf)
 
+    def mean(self, state) -> np.ndarray:
+        """Return what is estimated, given all samples so far; NaN until it is ready."""
+        return self.estimate(state)[0]
+
     def _values(self, state) -> np.ndarray:
         return state["estimates"]
 

@@ -176,6 +176,7 @@ class GreyBox(Observer):
         self.starting = None if start is None else Starting(self, start)
         check_numbers(self)
         self.jumping = None if found_jumps is None else Jumping(self, found_jumps)
+        self.pauses = bool(self.starting or self.jumping)
         self.dtype = GREY_BOX.dtype(
             form, more=[one for part in (self.starting, self.jumping) if part for one in part.fields]
         )

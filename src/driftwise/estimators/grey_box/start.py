@@ -159,8 +159,8 @@ class Starting:
             self._install(state, fits, batch)
             state["fitted_of"] = begun
             first, N = est.n_columns, est.model.N
-            out[first : first + N] = est.mean(state)[: len(out) - first]
-            out[first + N :] = np.sqrt(np.diag(est.covariance(state)))[: len(out) - first - N]
+            out[first : first + N] = est.mean(state)[: max(len(out) - first, 0)]
+            out[first + N :] = np.sqrt(np.diag(est.covariance(state)))[: max(len(out) - first - N, 0)]
         is_known = bool(fits) and np.all(self._widths(state) < NARROW)
         if begun == self.most or (begun >= self.samples and is_known):
             self.end(state)

@@ -28,8 +28,9 @@ def ship(estimator) -> Shipped:
     """
     from ...results.snapshot import describe, is_described
     from ...version import __version__
-    from ..fleet import Fleet
+    from ..fleet import Fleet, check_learns
 
+    check_learns(estimator)
     Fleet(estimator)  # refuses what no fleet can hold, in its own words
     is_ours = is_described(estimator)
     kinds = tuple(map(type, estimator.policies))

@@ -130,25 +130,14 @@ def batch(name: str, walk: float, noise: float) -> Linear:
 
 
 def climbed(made, value, factor: float, least: float = -RUNGS):
-    """Return made(factor^k) of the k where its value is largest, seen from k = 0: up, else down the ladder.
-
-    Between its rungs that is the vertex of the parabola through the best one and those beside it, if it is better.
-    """
-    tried = {0: made(1.0)}
+    """Return made(factor^k) of the whole k where its value is largest, seen from k = 0: up, else down the ladder."""
+    best = made(1.0)
     for way in (1, -1):
         for k in range(way, way * (RUNGS + 1), way):
-            if k < least:
+            if k < least or not value(one := made(factor**k)) > value(best):
                 break
-            tried[k] = made(factor**k)
-            if not value(tried[k]) > value(tried[k - way]):
-                break
-    best = max(tried, key=lambda k: value(tried[k]))
-    if best - 1 in tried and best + 1 in tried:
-        below, middle, above = (value(tried[k]) for k in (best - 1, best, best + 1))
-        between = made(factor ** (best + 0.5 * (below - above) / (below - 2 * middle + above)))
-        if value(between) > middle:
-            return between
-    return tried[best]
+            best = one
+    return best
 
 
 def likeliest(text: str, size: float, t, u, y):
