@@ -88,5 +88,6 @@ def test_many_series_are_each_by_itself():
     states, _ = EST.update_batch(EST.start(3), series, np.array([u, u, u]))
     for i in range(3):
         assert same(states[i], EST.scan(series[i], u).state)
-    with pytest.raises(dw.InputError, match="update_batch"):
-        dw.Fleet(EST, ["a"])
+    fleet = dw.Fleet(EST)
+    fleet.scan(np.tile(["a", "b", "c"], len(y)), series.swapaxes(0, 1).reshape(-1, 2), np.repeat(u, 3, axis=0))
+    assert all(same(fleet.state(key), states[i]) for i, key in enumerate("abc"))
