@@ -98,6 +98,17 @@ def test_damaged_files_are_noticed_and_made_again(tmp_path, damage, only_tcc):
     assert {path: path.read_bytes() for path in tmp_path.iterdir()} == sound
 
 
+def test_folders_in_place_of_objects_are_taken_away(tmp_path, only_tcc):
+    use(tmp_path)
+    sound = {path: path.read_bytes() for path in tmp_path.iterdir()}
+    for path in sound:
+        path.unlink()
+        path.mkdir()
+    told = use(tmp_path)
+    assert [origin for origin, _ in told["began"]] == ["made", "made"] and not told["warnings"]
+    assert {path: path.read_bytes() for path in tmp_path.iterdir()} == sound
+
+
 def test_an_object_of_another_machine_is_made_again(tmp_path, only_tcc):
     """It has its right name, and the system refuses it."""
     use(tmp_path)

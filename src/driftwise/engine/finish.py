@@ -22,6 +22,8 @@ def named(path: Path, name: str) -> Path:
 def put(made: Path, name: str) -> Path:
     """Give an object that was made in a folder of its own its name in the folder above, at once or not at all."""
     final = made.parent.parent / named(made, name).name
+    if final.is_dir():  # it has the name of one of ours and is none
+        shutil.rmtree(final, ignore_errors=True)
     os.replace(made, final)
     return final
 
