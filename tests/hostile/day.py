@@ -18,6 +18,7 @@ def load() -> None:
     """Import what commands import when they run, so that a forked process need not."""
 
     import driftwise.analysis.study
+    import driftwise.cli.entry
     import driftwise.cli.main
     import driftwise.fleet.fleet_run
     import driftwise.report.run_page
