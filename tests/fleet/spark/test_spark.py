@@ -234,7 +234,7 @@ def test_executors_that_can_cache_nothing_and_a_policy_of_ones_own(tmp_path, spa
     shutil.copytree(package, copy, ignore=shutil.ignore_patterns("__pycache__"))
     (tmp_path / "own").mkdir()
     (tmp_path / "own" / "loud.py").write_text(LOUD)
-    paths = [str(package.parent), str(Path(__file__).parents[2]), str(tmp_path / "own")]
+    paths = [str(package.parent), str(Path(__file__).parent), str(tmp_path / "own")]
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(paths)}
     command = [sys.executable, "-c", POORLY_EQUIPPED, str(copy.parent)]
     done = subprocess.run(command, env=environment, capture_output=True, text=True)
