@@ -34,7 +34,7 @@ def _listed(keys: Iterable) -> Iterable:
 
 def check_learns(estimator) -> None:
     """Raise InputError for an observer, whose fleet is no run: results are about parameters of scaled models."""
-    if getattr(estimator, "is_observer", False):
+    if estimator.is_observer:
         raise InputError(
             "a run over a table is for estimators that learn parameters of scaled samples; observers of a known plant "
             "are many in dw.Fleet(est, keys), or in est.update_batch(est.start(series), y, u)"

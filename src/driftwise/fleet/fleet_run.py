@@ -66,8 +66,8 @@ def run_fleet(job: FleetJob, go: Callable[[FleetRun, Dataset], None] | None = No
         sweep(folder)
         kept = _kept(job)
         threads = job.threads
-        check_learns(job.estimator)
         fleet = Fleet(job.estimator, threads=threads) if kept is None else Fleet._of(kept, threads=threads)
+        check_learns(job.estimator)
         run = _run(folder, fleet, facts)
         out = run.sinks
         if kept is None:

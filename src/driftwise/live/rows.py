@@ -58,8 +58,8 @@ class Rows:
     """
 
     def __init__(self, estimator: Any, dt: float = 0.0, first: int = 32, stuck: int = 100, window: int = 0):
-        check_learns(estimator)
         self.fleet = Fleet(estimator, threads=1)
+        check_learns(estimator)
         self.intake = Intake(self.fleet, dt or None, first)
         self.tally, self.events = self.intake.tally, FleetEvents(self.fleet, most=None)
         self.watch, self.drift = Watch(stuck), Drift(list(self.fleet.estimators[0].names))

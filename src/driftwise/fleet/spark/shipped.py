@@ -30,8 +30,8 @@ def ship(estimator) -> Shipped:
     from ...version import __version__
     from ..fleet import Fleet, check_learns
 
-    check_learns(estimator)
     Fleet(estimator)  # refuses what no fleet can hold, in its own words
+    check_learns(estimator)
     is_ours = is_described(estimator)
     kinds = tuple(map(type, estimator.policies))
     homeless = [kind.__name__ for kind in kinds if kind.__module__ == "__main__"]
