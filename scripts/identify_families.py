@@ -154,7 +154,7 @@ def outcome(seed: int, longest: int = 0, loops: int = 0) -> Outcome:
     too = f"Joint({d.true.orders['nc']})" if family == "ARMAX" else d.true.name
     is_named = False
     if loops and d.u is not None:
-        back = feedback(d.y[:T], d.u[:T, None], 0, LEVEL)
+        (back,) = feedback(d.y[:T], d.u[:T, None], LEVEL, [True])
         is_named = bool(back.largest > back.limit)
     return Outcome(
         family, d.true.name, too, chosen.name, T, loss(chosen), loss(d.true), forecast.coverage, d.fed_back, is_named

@@ -76,7 +76,7 @@ def test_an_answer_to_slow_noise_is_feedback():
             level[t] = 0.98 * level[t - 1] + 0.1 * rng.standard_normal()
             y[t] = level[t] + 0.2 * u[t - 1] + 0.5 * rng.standard_normal()
             u[t] = rng.standard_normal() - 2 * share * y[t - 1]
-        told.append(feedback(y, u[:, None], 0, 0.99))
+        told += feedback(y, u[:, None], 0.99, [True])
     assert told[0].largest < told[0].limit and told[1].largest > 1.3 * told[1].limit
 
 

@@ -21,7 +21,7 @@ STARTS = 2  # changes beside which a response is begun
 REACH = 5  # samples by which a level before and after is compared
 
 
-def starts(record: Record) -> list[Response]:
+def beginnings(record: Record) -> list[Response]:
     """Return the response of a record, and one beside the change that an order of it is surest of, where likelier.
 
     A step that is not there yet is taken for an answer of the plant: by poles too slow, delays too long, one order

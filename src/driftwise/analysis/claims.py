@@ -174,7 +174,7 @@ def choice_claims(found) -> Iterator[Claim]:
         return
     why = "most likely" if chosen is best else "as likely"
     odds = math.exp(max(chosen.evidence - best.evidence, -700.0))
-    text = say.choice_words(len(found.rivals), chosen.name, best.name, why)
+    text = say.choice_words(len(found.rivals), chosen.name, best.name)
     yield Claim("model choice", why, text, chosen.name, odds=odds)
 
 

@@ -119,8 +119,8 @@ def band_sentence(coverage: float) -> str:
     return f"{100 * coverage:.0f} % of the samples lie in their 95 % band."
 
 
-def choice_words(count: int, chosen: str, best: str, why: str) -> str:
+def choice_words(count: int, chosen: str, best: str) -> str:
     """Return which model is shown, and why."""
-    if why == "most likely":
+    if chosen == best:
         return f"Of {count} models, {chosen} is the most likely."
     return f"Of {count} models, {chosen} is the simplest of those about as likely as the best, {best}."

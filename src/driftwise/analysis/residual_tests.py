@@ -128,23 +128,28 @@ def clipped(x) -> np.ndarray:
     return x.clip(-most, most) if most > 0 else x
 
 
-def feedback(y, u, i: int, level: float, is_late: bool = True) -> Correlated:
-    """Return how what is new in an input goes with y 0, 1, .. samples before, beyond what the inputs' past tells of it.
+def feedback(y, u, level: float, is_late) -> list[Correlated]:
+    """Return how what is new in each input goes with y 0, 1, .. samples before, beyond what the inputs' past tells.
 
     An input that nobody steers by y owes nothing to the past of y, whatever the plant and its model are (Granger 1969;
-    Caines and Chan 1975): only that past is asked, and, where the plant ``is_late`` (an input acts after a sample or
-    more, so that what is new in both at once came by the controller), the same sample. Asked are what is new in y,
+    Caines and Chan 1975): only that past is asked, and, where the plant ``is_late`` (k,) (an input acts after a sample
+    or more, so that what is new in both at once came by the controller), the same sample. Asked are what is new in y,
     which shows an answer to white noise among what is slow, and all of y, which shows one to slow noise, whose news
     are little of it; the one that shows more is returned.
     """
     k = 1 + u.shape[1]
+    if k == 1:
+        return []
     deep = min(max(PAST, longest_delay(y)), len(y) // (20 * k))
     past = np.hstack([lagged(x, range(1, deep + 1)) for x in u.T])
-    of_y = np.hstack([lagged(y, range(1, OWN + 1)), past])
-    pairs = (prewhitened(u[:, i]), regressed(y, of_y)), (regressed(u[:, i], past), regressed(y, past))
-    lags = range(0 if is_late else 1, LAGS + 1)
-    found = [correlate(new, clipped(left), lags, level ** (1 / len(pairs))) for new, left in pairs]
-    return max(found, key=lambda c: c.largest / c.limit if c.is_known else -1.0)
+    news = clipped(regressed(y, np.hstack([lagged(y, range(1, OWN + 1)), past])))
+    whole = clipped(regressed(y, past))
+    found = []
+    for x, late in zip(u.T, is_late):
+        pairs, lags = ((prewhitened(x), news), (regressed(x, past), whole)), range(0 if late else 1, LAGS + 1)
+        both = [correlate(new, left, lags, level ** (1 / len(pairs))) for new, left in pairs]
+        found.append(max(both, key=lambda c: c.largest / c.limit if c.is_known else -1.0))
+    return found
 
 
 def is_computed(y, u) -> bool:

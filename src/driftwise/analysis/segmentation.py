@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .change_places import GAIN, LEVEL, part_of, standing
-from .change_search import searched, starts
+from .change_search import beginnings, searched
 from .noise_jumps import LEAST, SURE, noises
 from .response import Response
 from .response_record import long_run, recorded
@@ -112,5 +112,5 @@ def hindsight(y, u) -> Hindsight | None:
     if np.isfinite(y).sum() <= 2 * LEAST:
         return None
     record, y_scale, u_scale, middle = recorded(y, u)
-    found = [searched(start) for start in starts(record)]
+    found = [searched(one) for one in beginnings(record)]
     return Hindsight(min(found, key=lambda one: one.criterion), y_scale, u_scale, middle) if found else None

@@ -51,7 +51,8 @@ def judge_residuals(r: Residuals, level: float = LEVEL) -> Tested:
     white = Correlations().add(r.z)
     found = [whiteness_verdict(white.whiteness, white.count)._replace(name="autocorrelation")]
     correlated: dict[str, Correlated] = {}
-    backward = [_feedback(r, i, level) for i in range(len(r.names))]
+    answers = feedback(r.y, r.u, level, [delay > 0 for delay in r.orders[2]])
+    backward = [(_feedback(r, i, back), back) for i, back in enumerate(answers)]
     in_loop = tuple(not verdict.is_fine for verdict, _ in backward)
     delays = _delays(r, in_loop) if r.names else []
     for i, name in enumerate(r.names):
@@ -96,17 +97,14 @@ def _missing(left: Correlated, r: Residuals, i: int, is_late: bool, in_loop: boo
     return Verdict("missing lag", left.largest, limits, is_fine, words)
 
 
-def _feedback(r: Residuals, i: int, level: float) -> tuple[Verdict, Correlated]:
-    back, name = feedback(r.y, r.u, i, level, r.orders[2][i] > 0), r.names[i]
-    limits = (0.0, back.limit)
+def _feedback(r: Residuals, i: int, back: Correlated) -> Verdict:
+    name, limits, is_fine = r.names[i], (0.0, back.limit), back.largest <= back.limit
     if is_computed(r.y, r.u[:, i]):
-        return Verdict("feedback", math.inf, limits, False, computed_words(name)), back
+        return Verdict("feedback", math.inf, limits, False, computed_words(name))
     if not back.is_known:
-        return Verdict("feedback", math.nan, limits, True, f"{name} moves too seldom to tell"), back
-    is_fine = back.largest <= back.limit
-    return Verdict(
-        "feedback", back.largest, limits, is_fine, feedback_words(name, back.at, back.without(0) > back.limit, is_fine)
-    ), back
+        return Verdict("feedback", math.nan, limits, True, f"{name} moves too seldom to tell")
+    words = feedback_words(name, back.at, back.without(0) > back.limit, is_fine)
+    return Verdict("feedback", back.largest, limits, is_fine, words)
 
 
 def _squares(r: Residuals, level: float) -> Verdict:
