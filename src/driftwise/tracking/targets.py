@@ -25,10 +25,7 @@ SUSPECTS = 8  # plots set aside that are remembered for a key
 TWICE = 0.08, 0.5  # scan periods, and shortest of the last scans: no sensor sees an object twice in less
 NAMED = 4.0  # times as many scans without a plot may a track have that its plots name, or while nobody was seen
 ALLOWED = 5.0, 0.25, 3.0  # deviations of a forecast that are allowed; s of what is fast, at least; and scans, at most
-CLUTTER = (
-    0.1,
-    5.0,
-)  # share of plots that were discarded: from there on a new track is near an old one or not of it; gates
+CLUTTER = 0.1, 5.0  # share of plots discarded, from which on a new track is near an old one or not of it; gates
 CODE = re.compile(r"A[0-7]{4}$")  # a Mode A code
 CLIMB, LEVELS = 50.0, 300.0  # m/s, m: altitudes that differ by more are two objects
 AT = TRACK_SAMPLE.slices(2)  # of a trace's row

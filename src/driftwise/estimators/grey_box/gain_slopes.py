@@ -18,8 +18,9 @@ taken for it: it is the deviation from their mean that counts.
 
 import math
 
+from ...engine.dense import at
 from ...engine.dispatch import kernel
-from ...engine.ud import covariances, entry, marginal, measurement_update, project
+from ...engine.ud import covariances, expand, marginal, measurement_update, project
 from ...models.formula_kernels import show
 from ..common.given_state import put_together, slopes
 from ..joint.row import HUGE
@@ -92,7 +93,10 @@ def differentiate_outputs(form, plant, s, state, room, scratch):
 def pass_slopes(form, state, scratch):
     """Take the slopes of P to the next sample; ``J`` begins with F, and P is what it was before."""
     n, P, J, half = int(form.n), scratch.P, scratch.J, scratch.half
-    multiply_factors(state.U, state.D, P)
+    expand(state.U, state.D[:n], scratch.packed)
+    for i in range(n):
+        for l in range(i, n):
+            P[i, l] = P[l, i] = scratch.packed[at(i, l)]
     for j in range(int(form.m)):
         own, dF = state.dP[j], scratch.dF[j]
         for i in range(n):  # (dF P + F dP/2) F' and its transpose
@@ -106,18 +110,6 @@ def pass_slopes(form, state, scratch):
                 for r in range(n):
                     total += half[i, r] * J[l, r] + J[i, r] * half[l, r]
                 own[i * n + l] = total
-
-
-@kernel
-def multiply_factors(U, D, P):
-    """Fill P = U D U' of as many as P has rows."""
-    n = P.shape[0]
-    for i in range(n):
-        for l in range(i, n):
-            total = 0.0
-            for r in range(l, n):
-                total += entry(U, i, r) * D[r] * entry(U, l, r)
-            P[i, l] = P[l, i] = total
 
 
 @kernel
