@@ -30,10 +30,9 @@ class DemoJob(Job):
         say("An airliner takes off, climbs and gathers speed, and turns a few times:")
         say("its track and its roll, every 2 s, from its own radio messages. Model and memory are found out.")
         AutomaticJob(file, ["track_deg"], ["roll_deg"], "time_s", report=self.report).run()
-        say("\nWhat physics says: track is the integral of roll (a pole at 1), with a gain b1 = 2 s x g / speed")
-        say(
-            "that falls from 0.158 at 124 m/s to 0.086 at 227 m/s. Nobody told the filter; the report shows b1 falling."
-        )
+        say("\nWhat physics says: track is the integral of roll (a pole at 1), with a gain of 2 s x g / speed that")
+        say("falls from 0.158 at 124 m/s to 0.086 at 227 m/s, to 0.54 of it. Nobody told the filter: the answer above")
+        say("says what it found of the gain from roll_deg.")
         say(f"\nThis was:  driftwise run {file} \\")
         say(f"               {OPTIONS} \\")
         say(f"               --report {self.report or 'report.html'}")
