@@ -105,7 +105,8 @@ def test_the_most_likely_and_the_simplest_are_not_confused(found):
 
     best = found.chosen._replace(evidence=0.0)
     other = next(rival for rival in found.rivals if rival is not found.chosen)._replace(evidence=-0.4)
-    for chosen, subject in ((best, "most likely"), (other, "as likely")):
+    slow = other._replace(evidence=-9.0)
+    for chosen, subject in ((best, "most likely"), (other, "as likely"), (slow, "follows")):
         said = dataclasses.replace(found, rivals=[best, other], chosen=chosen).claims
         (choice,) = [claim for claim in said if claim.kind == "model choice"]
         assert choice.subject == subject and choice.odds == pytest.approx(math.exp(chosen.evidence))

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
+from scipy.signal import lfilter
 
 import driftwise as dw
 from driftwise.analysis.candidates import candidates
@@ -284,3 +285,15 @@ def test_a_member_that_ran_away_is_named_and_forecasts_no_more(monkeypatch):
     assert away and not identifier.chosen.ran_away
     assert away.isdisjoint(name.rsplit(",", 1)[0] for name in identifier._average.names)
     assert np.isfinite(identifier.add(y[:50], u[:50]).prediction).all()
+
+
+@pytest.mark.parametrize("after", [1.0, 0.6])
+def test_of_a_plant_that_changes_a_model_is_named_that_follows(after):
+    """The response with white noise about it is likelier, but it has constant parameters."""
+    rng = np.random.default_rng(1)
+    u, gain = rng.choice([-1.0, 1.0], 600), np.where(np.arange(600) < 150, 1.0, after)
+    y = lfilter([0, 1, 0.5], [1, -1.5, 0.7], gain * u) + 0.5 * rng.standard_normal(600)
+    found = dw.identify({"valve": u, "temp": y})
+    (choice,) = [claim for claim in found.claims if claim.kind == "model choice"]
+    assert found.rivals[0].name.startswith("OE") and found.chosen.name.startswith("ARX" if after < 1 else "OE")
+    assert ("the best that can follow a change" in choice.text) == (after < 1) == (choice.subject == "follows")

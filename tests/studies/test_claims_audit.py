@@ -188,6 +188,13 @@ def test_the_most_likely_is_the_most_likely_and_as_likely_is_as_likely():
     assert check(one, claim("model choice", "as likely", "ARX(1,1,1)")) == FALSE
 
 
+def test_the_best_that_follows_is_the_best_of_those():
+    table = {"model": ["Joint(2)", "ARX(2,2,1)", "ARX(1,1,1)"], "log_odds": [0.0, -9.0, -300.0]}
+    one = case(PLAIN, candidates=table)
+    assert check(one, claim("model choice", "follows", "ARX(2,2,1)")) == TRUE
+    assert check(one, claim("model choice", "follows", "ARX(1,1,1)")) == FALSE
+
+
 def test_a_file_goes_through_the_front_door_and_its_claims_are_counted(monkeypatch):
     monkeypatch.setattr(audit, "draw", lambda seed, number: replace(PLAIN, samples=500, gains=(3.0,)))
     (line,) = audit.play(4, [0])

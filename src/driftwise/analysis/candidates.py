@@ -64,6 +64,11 @@ class Candidate(NamedTuple):
         """Whether its regressors are data, so that any memory fits it at little cost."""
         return self.kind in ("AR", "ARX")
 
+    @property
+    def follows(self) -> bool:
+        """Whether it is shown with a memory that follows a plant as it changes."""
+        return self.is_linear or self.kind == LEVEL
+
     def estimator(self, memory: Any = Constant()) -> Any:
         """Return its estimator with a memory."""
         if self.kind == LEVEL:
@@ -134,7 +139,8 @@ def candidates(inputs: int, dt: float = 1.0, delays: tuple[int, ...] = (), sampl
     if delays:
         for na, nb, before in DELAYED:
             add("ARX", na=na, nb=(nb,) * k, nk=tuple(max(d - before, 0) for d in delays))
-    for late in dict.fromkeys([(1,) * k, delays or (1,) * k]) if k else []:
+    near = [tuple(max(d + by, 0) for d in delays) for by in (0, -1, 1) if delays]
+    for late in dict.fromkeys([(1,) * k, *near]) if k else []:
         for n in COLOURED:
             add("ARMAX", na=n, nb=(n,) * k, nc=n, nk=late)
             add("OE", nb=(n,) * k, nf=(n,) * k, nk=late)

@@ -17,6 +17,7 @@ from ..results.stable import is_integrator, swings
 from ..tables.table_words import column_claims, table_claims, taken_words
 from . import identification_words as say
 from .change_log import surest
+from .identifier import CLOSE
 from .step_response import OVERSHOOT
 
 FAST = 0.05  # a pole below that is over within a sample
@@ -172,9 +173,10 @@ def choice_claims(found) -> Iterator[Claim]:
     chosen, best = found.chosen, found.rivals[0]
     if not found.is_judged:
         return
-    why = "most likely" if chosen is best else "as likely"
+    is_close = chosen.evidence > best.evidence - CLOSE
+    why = "most likely" if chosen is best else "as likely" if is_close else "follows"
     odds = math.exp(max(chosen.evidence - best.evidence, -700.0))
-    text = say.choice_words(len(found.rivals), chosen.name, best.name)
+    text = say.choice_words(why, len(found.rivals), chosen.name, best.name)
     yield Claim("model choice", why, text, chosen.name, odds=odds)
 
 

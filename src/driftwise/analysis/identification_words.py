@@ -119,8 +119,13 @@ def band_sentence(coverage: float) -> str:
     return f"{100 * coverage:.0f} % of the samples lie in their 95 % band."
 
 
-def choice_words(count: int, chosen: str, best: str) -> str:
+def choice_words(why: str, count: int, chosen: str, best: str) -> str:
     """Return which model is shown, and why."""
-    if chosen == best:
+    if why == "most likely":
         return f"Of {count} models, {chosen} is the most likely."
-    return f"Of {count} models, {chosen} is the simplest of those about as likely as the best, {best}."
+    if why == "as likely":
+        return f"Of {count} models, {chosen} is the simplest of those about as likely as the best, {best}."
+    return (
+        f"Of {count} models, {chosen} is the best that can follow a change, and regressions predict better where they "
+        f"forget; {best} is the most likely, with constant parameters."
+    )

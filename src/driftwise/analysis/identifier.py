@@ -23,6 +23,7 @@ BASELINES = "last value", "mean"  # so far: what a model has to beat
 AWAY = 10.0  # times the error of the mean: a member has run away
 LEARNING = 1 / 3  # of the evidence of the first half counts: there the larger models learn, and are good afterwards
 CLOSE = 0.5  # log odds below which the simpler model is taken
+SEEN = math.log(20.0)  # log odds of forgetting over constant parameters from which the plant is taken to change
 
 
 class Rival(NamedTuple):
@@ -62,6 +63,7 @@ class Identifier:
         self._halfway = np.zeros(0)  # evidence of each member in the first half of the first piece
         self.samples = 0
         self.rivals: list[Rival] = []
+        self.is_changing = False  # whether regressions that forget are likelier than those with constant parameters
         self.naive: dict[str, float] = {}
 
     def add(self, y, u=None, time=None) -> AverageTrace:
@@ -131,6 +133,9 @@ class Identifier:
             rival = Rival(c, memory, float(log - evidence.max()), rmse, c.unknowns, rmse > AWAY * self.naive["mean"])
             found[c.name] = max(found.get(c.name, rival), rival, key=lambda r: (not r.ran_away, r.evidence))
         self.rivals = sorted(found.values(), key=lambda r: (r.ran_away, -r.evidence))
+        forgets = np.array([isinstance(memory, ExponentialForgetting) for _, memory in self._members])
+        constant = np.array([c.is_linear for c, _ in self._members]) & ~forgets
+        self.is_changing = bool(evidence[forgets].max() > evidence[constant].max() + SEEN)
         keep = [i for i, square in enumerate(squares) if not math.sqrt(square / count) > AWAY * self.naive["mean"]]
         if 0 < len(keep) < M:
             self._go_on(keep)
@@ -150,8 +155,13 @@ class Identifier:
 
     @property
     def chosen(self) -> Rival:
-        """The candidate with the fewest parameters of those as likely as the best."""
+        """The candidate with the fewest parameters of those as likely as the best.
+
+        Of a plant that is seen to change, only of those that can follow it: the others have constant parameters, and
+        one that learns from the past as a whole may be likelier and yet lag from now on.
+        """
         able = [r for r in self.rivals if not r.ran_away] or self.rivals
+        able = [r for r in able if not self.is_changing or r.candidate.follows] or able
         close = [r for r in able if r.evidence > able[0].evidence - CLOSE]
         return min(close, key=lambda r: (r.unknowns, -r.evidence))
 

@@ -5,6 +5,7 @@ An interval of 95 % holds the truth where that lies within 1.5 times of it (99.7
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -19,6 +20,7 @@ from .tables import Written
 TRUE, FALSE, VACUOUS, UNCHECKED = "true", "false", "vacuous", "unchecked"
 STRETCH, NEAR, WIDE = 1.5, 0.2, 2.0
 TELLABLE = float(np.log(100.0))  # log odds of the oracle beyond which a change is there for everybody
+FOLLOWS = re.compile(r"level|ARX?\(")  # the models that are shown with a memory that follows a change
 SLACK = 10  # samples by which a change may be dated wrong, beside the time the plant takes to answer
 
 
@@ -226,9 +228,12 @@ def forecast(case: Case, claim) -> str:
 
 
 def model_choice(case: Case, claim) -> str:
-    """The most likely; or odds that are not far below."""
+    """The most likely; or odds that are not far below those of all, or of all that can follow a change."""
     candidates = case.answer["candidates"]
     at = candidates["model"].index(claim["value"])
+    if claim["subject"] == "follows":
+        able = [odds for name, odds in zip(candidates["model"], candidates["log_odds"]) if FOLLOWS.match(name)]
+        return _said(candidates["log_odds"][at] > max(able) - 1)
     if claim["subject"] == "most likely":
         return _said(candidates["log_odds"][at] > -1e-6)
     return _said(candidates["log_odds"][at] > -1)
