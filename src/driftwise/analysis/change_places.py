@@ -36,11 +36,19 @@ def effects(now: Response, kind: str, i: int, places) -> list[np.ndarray]:
 
     A gain turns about a point that nobody knows: the second is what the level moves with it.
     """
-    after = (np.arange(len(now.record.y)) >= np.asarray(places)[:, None]).astype(float)
+    places, step = np.asarray(places)[:, None], np.ones((len(now.record.y), 1))
     if kind == LEVEL:
-        return [now.whitened(after)]
-    driven = now.driven(i, now.moved(i)) * after
-    return [now.whitened(linear_filter([1.0], now.denominator, x.T).T) for x in (driven, after)]
+        return [later(now, step, places)]
+    driven = now.driven(i, now.moved(i)) * (np.arange(len(step)) >= places)
+    own = now.whitened(linear_filter([1.0], now.denominator, driven.T).T)
+    return [own, later(now, linear_filter([1.0], now.denominator, step), places)]
+
+
+def later(now: Response, response, places) -> np.ndarray:
+    """Return what comes of the first sample, (T, 1), whitened, as it comes of each of the places (.., 1): shifted."""
+    first = linear_filter(np.append(1.0, now.f), [1.0], response)
+    T, rows = len(first), now.rows
+    return np.append(np.zeros(T), first)[T - places + rows] / now.sigma[rows]
 
 
 def scanned(now: Response, kind: str, i: int, places, r) -> np.ndarray:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from pkgutil import resolve_name
 from typing import Annotated, Any
 
 import typer
@@ -11,6 +12,7 @@ from typer.core import TyperGroup
 from driftwise.cli.compare import CompareJob
 from driftwise.cli.demo import DemoJob, SimulateJob
 from driftwise.cli.demo_fleet import FleetSimulateJob
+from driftwise.cli.entry_points import entry_points
 from driftwise.cli.export import ExportJob
 from driftwise.cli.fleet import FleetRunJob, FleetShowJob
 from driftwise.cli.job import Job, add_command
@@ -44,13 +46,10 @@ class Commands(TyperGroup):
         """Add what others bring, and in place of a study that is not there what says where it is."""
         if not wanted:
             return
-        from importlib.metadata import entry_points
-
-        others = typer.Typer(callback=_common)
-        brought = {entry.name: entry for entry in entry_points(group="driftwise.commands")}
+        others, brought = typer.Typer(callback=_common), entry_points("driftwise.commands")
         for name in sorted({*brought, *STUDIES} - self.commands.keys()):
             if name in brought:
-                others.command(name)(brought[name].load())
+                others.command(name)(resolve_name(brought[name]))
             else:
                 anything = {"allow_extra_args": True, "ignore_unknown_options": True, "help_option_names": []}
                 others.command(name, hidden=True, context_settings=anything)(_refuse_study)

@@ -183,10 +183,13 @@ class Estimator(Answers, Portable):
         shown = self._stream(rows, y, u, self.spec) if time is None else ()
         if shown:
             return ARRAY((), self.dtype, rows), NEW(Step, shown)
+        return self._update(rows, y, u, time, state)
+
+    def _update(self, rows, y, u, time, state, **given) -> tuple[np.ndarray, Step]:
+        """Return the same, the general way: of any number of outputs, and with what else a sample brings."""
         p = self.outputs
         ys, us = validation.sample(y, u, self.model.inputs, p)
-        if time is not None:
-            us = np.concatenate([us, self._instants([time], 1, state)[None, :, None]], axis=2)
+        us = self._driving(us[0], None if time is None else [time], state, **given)[None]
         outs = np.empty((1, 1, self.step_columns))
         self.drive(rows, ys, us, outs, self.spec, self.scratch())
         of_each = outs[0, 0, : 4 * (p or 1)].reshape(4, p or 1)
@@ -206,13 +209,16 @@ class Estimator(Answers, Portable):
         keep : "innovations", "means", "std" or "covariance": how much of each sample the trace holds
         time : (T,) increasing instants in seconds; steps of dt if omitted
         """
+        return self._scan(y, u, state, keep, time)
+
+    def _scan(self, y, u, state, keep, time, **given):
+        """Return the same, with what else each sample brings."""
         index = y.index if hasattr(y, "iloc") else None  # of pandas
         y, u = validation.record(y, u, self.model.inputs, self.outputs)
         start = self.start() if state is None else state
-        rows, us, is_stamped = self._rows(start), u, self.takes_instants and time is not None
-        if is_stamped:
-            time = self._instants(time, len(y), start)
-            us = np.column_stack([u, time])
+        rows, is_stamped = self._rows(start), self.takes_instants and time is not None
+        us = self._driving(u, time if is_stamped else None, start, **given)
+        time = us[:, self.model.inputs].copy() if is_stamped else time
         outs = np.empty((1, len(y), self.table_width(keep)))
         self.drive(rows, y.reshape(1, len(y), self.outputs or 1), us[None], outs, self.spec, self.scratch())
         end = rows.view(self.dtype).reshape(())
@@ -260,6 +266,13 @@ class Estimator(Answers, Portable):
         trace = self.trace_kind(self, y, u, outs, keep, end, start["observed"], time)
         trace.begun = start
         return trace
+
+    def _driving(self, u, time, state) -> np.ndarray:
+        """Return what the loop is given of each sample besides y, (T, ..): inputs, and behind them its instant if any.
+
+        A model that takes more of a sample, as keyword arguments of `update` and `scan`, adds that behind the instant.
+        """
+        return u if time is None else np.column_stack([u, self._instants(time, len(u), state)])
 
     def _instants(self, time, samples, state) -> np.ndarray:
         """Return the instants of so many samples that follow a state, checked."""

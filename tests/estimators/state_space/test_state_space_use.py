@@ -91,3 +91,13 @@ def test_many_series_are_each_by_itself():
     fleet = dw.Fleet(EST)
     fleet.scan(np.tile(["a", "b", "c"], len(y)), series.swapaxes(0, 1).reshape(-1, 2), np.repeat(u, 3, axis=0))
     assert all(same(fleet.state(key), states[i]) for i, key in enumerate("abc"))
+
+
+def test_a_record_with_matrices_of_each_sample_is_a_trace_like_any_other():
+    pd = pytest.importorskip("pandas")
+    y, u = record(20)
+    table = pd.DataFrame(y, index=pd.date_range("2026-01-01", periods=20, freq="h"))
+    plain, given = EST.scan(table, u), EST.scan(table, u, F=np.broadcast_to(F, (20, 2, 2)))
+    assert given.index is not None and given.index.equals(plain.index)
+    np.testing.assert_array_equal(given.table, plain.table)
+    assert given.begun.tobytes() == EST.start().tobytes()

@@ -213,14 +213,9 @@ class StateSpace(Observer):
         time : instant in seconds; dt after the sample before if omitted
         **matrices : F, G, H, D, Q, R of this sample, where they are not those of the constructor
         """
-        if not matrices and (time is None or not self.functions):
+        if not matrices:
             return super().update(state, y, u, time=time)
-        ys, us = validation.sample(y, u, self.model.inputs, self.outputs)
-        states, step = self._run(state, ys, us, time, matrices, None)
-        p = self.outputs
-        found = step[0, 0, : 4 * (p or 1)].reshape(4, p or 1)
-        shown = found if p else found[:, 0]
-        return states, Step(shown[0], shown[1], shown[2], shown[3].astype(int))
+        return self._update(self._rows(state), y, u, time, state, **matrices)
 
     def scan(self, y, u=None, *, state=None, keep: str = "std", time=None, **matrices):
         """Run over a record and return its trace; ``trace.state`` continues where it ended.
@@ -234,14 +229,7 @@ class StateSpace(Observer):
         time : (T,) increasing instants in seconds; steps of dt if omitted
         **matrices : F, G, H, D, Q, R of each sample, (T, n, n) and so on, or (n, n) for all
         """
-        if not matrices and (time is None or not self.functions):
-            return super().scan(y, u, state=state, keep=keep, time=time)
-        y, u = validation.record(y, u, self.model.inputs, self.outputs)
-        start = self.start() if state is None else state
-        ys = y.reshape(1, len(y), -1)
-        end, outs = self._run(start, ys, u[None], time, matrices, self.table_width(keep))
-        clock = self._clock(np.asarray(start), end, len(y)) if time is None else time
-        return self._trace(y, u, outs[0], keep, np.array(start), end, clock)
+        return self._scan(y, u, state, keep, time, **matrices)
 
     def update_batch(self, states, y, u=None, *, time=None):
         """Advance a fleet: one state, and one sample or a stretch of samples, per series; as of every estimator."""
@@ -249,13 +237,10 @@ class StateSpace(Observer):
             raise InputError("a fleet goes by instants where continuous=True, not by functions of dt: give F, G, Q so")
         return super().update_batch(states, y, u, time=time)
 
-    def _run(self, state, ys, us, time, matrices, columns):
-        """Return the state after samples with matrices of their own, and what was written of them."""
-        T = ys.shape[1]
-        us = with_matrices(self, us[0], state, time, matrices)[None]
-        rows, outs = self._rows(state), np.empty((1, T, columns or self.n_columns))
-        self.drive(rows, ys, us, outs, self.spec, self.scratch())
-        return rows.view(self.dtype).reshape(()), outs
+    def _driving(self, u, time, state, **matrices) -> np.ndarray:
+        if not matrices and (time is None or not self.functions):
+            return super()._driving(u, time, state)
+        return with_matrices(self, u, state, time, matrices)
 
     def tune(self, y, u=None, *, time=None, which=None) -> StateSpace:
         """Return the same estimator with Q and R as large as makes a record most likely, their shapes as given.
