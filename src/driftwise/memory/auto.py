@@ -95,6 +95,7 @@ class AutoMemoryKernel(NamedTuple):
     learns: float
     freedom: float
     chi2: float
+    has_state: float  # 1: parameters act through a state, which takes an outlier for what it is on average
     outliers: float  # 1: some samples are
     jumps: float  # 1: jumps are looked for
     start: float  # of the learnt speeds, see `LikelihoodDrift`
@@ -103,7 +104,6 @@ class AutoMemoryKernel(NamedTuple):
     samples: float
     tau: float
     prior: float
-    has_state: float  # 1: parameters act through a state, which takes an outlier for what it is on average
     lags: PerParameter  # samples later than the first that each acts, if all jump
     levels: Vector
     A: Vector
@@ -125,7 +125,7 @@ def resolve_auto_memory(memory, setting):
     return AutoMemoryKernel(
         **common_of_banks(setting, memory.phi), outliers=float(expect != "jumps"), jumps=float(expect != "outliers"),
         start=np.log(START), least=np.log(LEAST), most=np.log(MOST), samples=SAMPLES, tau=TAU, prior=PRIOR,
-        has_state=float(setting.lags.size > 0), lags=setting.lags if setting.lags.size else np.zeros(setting.N),
+        lags=setting.lags if setting.lags.size else np.zeros(setting.N),
         levels=levels, A=staying(MODES, STAY).ravel(),
     )  # fmt: skip
 

@@ -158,7 +158,9 @@ def mixture_in_bank(memory, state, R, view, out):
 def common_of_banks(setting, phi: Any = 1.0) -> dict[str, Any]:
     """Return the numbers every bank has: those of `common`, and how each mode's sigma^2 begins."""
     freedom, chi2 = setting.prior_counts
-    numbers = common(setting, phi) | dict(learns=float(setting.is_learnt), freedom=freedom, chi2=chi2)
+    numbers = common(setting, phi) | dict(
+        learns=float(setting.is_learnt), freedom=freedom, chi2=chi2, has_state=float(setting.lags.size > 0)
+    )  # fmt: skip
     del numbers["discount"]
     return numbers
 

@@ -73,6 +73,7 @@ class IMMKernel(NamedTuple):
     learns: float
     freedom: float
     chi2: float
+    has_state: float
     jumps: float
     levels: Vector
     A: Vector

@@ -163,6 +163,8 @@ def take(memory, one, P, error, R, view, outliers, is_unexcited, is_apart):
         one.theta[i] += b[i] * (gain * error)
     if memory.learns > 0.0 and not is_unexcited:
         part = 1.0 - (R - memory.R) * k  # d log V/d log sigma^2: what regressors are wrong by says nothing of sigma^2
+        if memory.has_state > 0.0:  # nor does what a wrong state has taught
+            part = memory.R / R
         part *= part * (1.0 - rho)
         own[FREEDOM] = FADE * own[FREEDOM] + part
         own[CHI2] = FADE * own[CHI2] + part * error * error * k

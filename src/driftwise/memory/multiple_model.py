@@ -68,6 +68,7 @@ class MultipleModelKernel(NamedTuple):
     learns: float
     freedom: float
     chi2: float
+    has_state: float
     forgetting: float
     levels: Vector
 

@@ -45,6 +45,7 @@ from .row import (
 )  # fmt: skip
 
 DOUBTED, SURE = 0.05, 0.92  # probability of an outlier from which y is not relied on as it is, and not at all
+SUSPECTED = 1e-3  # sigma^2 before it is known, in that of the data: noise of a thirtieth of what y moves by
 LIMIT = 1e8  # a variance so many times that of all data seen says that the state is lost
 
 
@@ -122,11 +123,13 @@ def shown_so_far(form, noise, scale, state, s2):
     """Return sigma^2 for what is quadratic in it, the spread of products of unknowns: the least that data have shown.
 
     Where the state follows its own past, the data's own variance in its place would make them noisier than any noise,
-    teach nothing of it, and so stay.
+    teach nothing of it, and so stay. Until a sample counts innovations have shown too little, since they are smaller
+    than a wide prior lets expect: then it is SUSPECTED at least, or products would be as good as none.
     """
     if form.fades == 0.0 or state_is_given(noise):
         return s2
-    return sigma2(scale, state.counts[COUNT], state.head[CHI2])
+    least = sigma2(scale, state.counts[COUNT], state.head[CHI2])
+    return max(least, SUSPECTED) if state.counts[COUNT] < 1.0 else least
 
 
 @kernel
