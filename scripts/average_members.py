@@ -1,9 +1,11 @@
-"""Is the forecast of all models worse than its best member? Drawn plants: a table of docs/decisions/model-average.md.
+"""Is the forecast of all models worse than its best member, and are its bars right? Drawn plants: two tables of
+docs/decisions/model-average.md.
 
     python scripts/average_members.py [plants [seed]]
 
 Plants are those of the claims audit, their columns told. Points are of the fit, 100 (1 - |e|/|y - mean y|), behind the
-member with the smallest squared errors in hindsight, from the sample on from which models are compared.
+member with the smallest squared errors in hindsight, from the sample on from which models are compared. NIS and the
+share of samples within 95 % bands are those of the second half.
 """
 
 from __future__ import annotations
@@ -34,8 +36,8 @@ GROUPS = {
 }
 
 
-def points(y, u, dt) -> tuple[float, float] | None:
-    """Return how far the forecast is behind the best member, and behind the last value."""
+def points(y, u, dt) -> tuple[float, ...] | None:
+    """Return how far the forecast is behind the best member and the last value; then NIS, coverage and log score."""
     identifier = Identifier(u.shape[1], dt)
     trace = identifier.add(y, u if u.shape[1] else None)
     average, state = identifier._average, identifier._state
@@ -45,7 +47,9 @@ def points(y, u, dt) -> tuple[float, float] | None:
     squares = average.squares(state)
     errors = np.sqrt([np.square(trace.innovation[used]).sum(), squares.min(), squares[-len(NAIVE)]])
     errors *= 100 / np.sqrt(np.square(y[used] - y[used].mean()).sum())
-    return float(errors[0] - errors[1]), float(errors[0] - errors[2])
+    half = len(y) // 2
+    score = float(np.nanmean(trace.log_score[half:]))
+    return errors[0] - errors[1], errors[0] - errors[2], trace.nis(half), trace.coverage(first=half), score
 
 
 def plant(seed: int, number: int):
@@ -73,9 +77,15 @@ def main(plants: int = 150, seed: int = 0) -> None:
     print("|---|---|---|---|---|---|")
     for name, belongs in GROUPS.items():
         some = np.array([row[1:] for row in found if belongs(row[0])])
-        best, last = some.T
+        best, last = some.T[:2]
         cells = f"{len(some)} | {best.mean():.2f} | {(best > 0.3).mean():.2f} | {(best > 1).mean():.2f}"
         print(f"| {name} | {cells} | {np.count_nonzero(last > 0.3)} |")
+    print("\n| troubles | NIS, median | in .8-1.25 | held by 95 % bands | by 92-97 | log score |")
+    print("|---|---|---|---|---|---|")
+    for name, belongs in GROUPS.items():
+        nis, held, score = np.array([row[3:] for row in found if belongs(row[0])]).T
+        cells = f"{np.median(nis):.2f} | {((nis > 0.8) & (nis < 1.25)).mean():.2f} | {100 * held.mean():.1f} %"
+        print(f"| {name} | {cells} | {((held > 0.92) & (held < 0.97)).mean():.2f} | {score.mean():.3f} |")
 
 
 if __name__ == "__main__":

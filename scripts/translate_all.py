@@ -23,6 +23,7 @@ sys.path[:0] = [str(ROOT / "scripts"), str(ROOT / "tests")]
 import fingerprint  # noqa: E402
 import numpy as np  # noqa: E402
 import test_laws  # noqa: E402
+from fingerprints.numbers import MEMORIES  # noqa: E402
 
 import driftwise as dw  # noqa: E402
 from driftwise.detect.registry import ENTRIES as DETECTORS  # noqa: E402
@@ -63,7 +64,7 @@ FORMS: dict[str, Any] = {
 
 def options() -> Iterator[dict[str, Any]]:
     """Yield what forms are tried with: each policy, alone and beside a gate and a scale that is known."""
-    for memory in [None, *(make() for make in fingerprint.MEMORIES.values()), *map(restart, watchers())]:
+    for memory in [None, *(make() for make in MEMORIES.values()), *map(restart, watchers())]:
         chosen = {} if memory is None else {"memory": memory}
         yield chosen
         yield {**chosen, "gate": dw.InnovationGate()}

@@ -76,7 +76,7 @@ class ModelAverage(Estimator):
     >>> average = dw.ModelAverage([dw.ARX(1, 1), dw.ARX(2, 2), dw.ARX(2, 2, memory=dw.ExponentialForgetting(0.98))])
     >>> trace = average.scaled_to(y, u).scan(y, u)
     >>> trace.leader, round(float(trace.nis(100)), 1)
-    ('ARX(na=2, nb=2)', 0.8)
+    ('ARX(na=2, nb=2)', 1.0)
     """
 
     names: Any = ()

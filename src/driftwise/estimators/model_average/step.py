@@ -123,11 +123,14 @@ def fresh(task: Averaging) -> np.ndarray:
 
 @kernel
 def prior_count(j):
-    """Return the samples that scale j is worth beforehand: two for the plain one, less the further from it."""
+    """Return the samples that scale j is worth beforehand: two for the plain one, less the further from it.
+
+    The larger ones so little that all of them together, unseen, add less than one sample of s to the variance.
+    """
     if j >= len(FAST):
-        return 0.04
+        return 0.01
     kappa = FAST[j]
-    return 2.0 if kappa == 1.0 else 0.5 * min(kappa, 1.0 / kappa)
+    return 2.0 if kappa == 1.0 else 0.5 * min(kappa, 1.0 / (kappa * kappa))
 
 
 @kernel
