@@ -8,8 +8,8 @@ from scipy.signal import lfilter
 
 from driftwise.analysis.change_places import colourless
 from driftwise.analysis.change_search import lines
-from driftwise.analysis.effects import of_response
-from driftwise.analysis.response_orders import begin
+from driftwise.analysis.effects import is_borne_out, of_response
+from driftwise.analysis.response_orders import begin, cleaned, orders, plainest
 from driftwise.analysis.response_record import recorded
 from driftwise.analysis.segmentation import GAIN, LEVEL, hindsight
 
@@ -102,3 +102,25 @@ def test_lines_are_looked_for_in_any_unit():
     with np.errstate(over="raise", invalid="raise"):
         one, far = (lines(replace(now, sigma=now.sigma * scale)) for scale in (1.0, 1e-200))
     assert one == far and abs(one[0] - 0.3) < 0.01
+
+
+def test_delays_of_more_than_forty_samples_are_found():
+    u = inputs(3, 2)
+    seen = hindsight(clean(u, (3.0, -2.0), (4, 55)) + noise(5), u).response
+    assert abs(seen.nk[0] - 4) <= 1 and abs(seen.nk[1] - 55) <= 1
+
+
+def test_outliers_are_left_out_where_that_is_likelier():
+    u = inputs(2)
+    first = orders(plainest(recorded(clean(u) + noise(), u)[0]))[1]
+    assert cleaned(first).criterion <= first.criterion
+
+
+def test_a_swing_is_told_where_one_order_more_swings_as_well():
+    rng, B = np.random.default_rng(4), np.poly([0.9 * np.exp(0.3j), 0.9 * np.exp(-0.3j)]).real
+    u = rng.standard_normal((500, 1))
+    y = lfilter([0.0, B.sum()], B, u[:, 0]) + 0.1 * rng.standard_normal(500)
+    seen = hindsight(y, u)
+    swing = of_response(seen).swing
+    assert swing.period == pytest.approx(2 * np.pi / 0.3, rel=0.05)
+    assert not is_borne_out(seen.response, swing._replace(period=1.3 * swing.period))

@@ -139,3 +139,24 @@ def test_a_start_beside_a_wrong_change_hides_no_right_one():
     plant = draw(0, 217)
     (jump,) = (one for one in found(*(record(plant, 0).__dict__[name] for name in "yu")) if one.kind == LEVEL)
     assert plant.jumps[0].what == LEVEL and abs(jump.at - plant.jumps[0].at) < 10
+
+
+def test_an_outlier_just_before_a_step_hides_it_no_more():
+    """What whitens the onset is missing, then: the step was looked for after it, where a slow noise leaves nothing."""
+    y, u = plant(samples=600, colour=0.9, level=1.5)
+    y[399] -= 4.0
+    (jump,) = found(y, u)
+    assert (jump.kind, jump.at) == (LEVEL, 400) and jump.after == pytest.approx(1.5, abs=0.3)
+
+
+def test_a_level_and_a_gain_that_jump_soon_after_each_other_are_both_told():
+    y, u = plant(samples=600, gain=2.0, at=320)
+    y[300:] -= 0.8
+    assert [jump.kind for jump in found(y, u)] == [LEVEL, GAIN]
+
+
+def test_what_jumped_while_nothing_was_measured_is_dated_between():
+    y, u = plant(samples=600, level=1.0, at=300)
+    y[280:330] = np.nan
+    (jump,) = found(y, u)
+    assert (jump.kind, jump.at) == (LEVEL, 305) and jump.interval[0] <= 280 and jump.interval[1] >= 330

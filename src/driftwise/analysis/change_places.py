@@ -13,6 +13,7 @@ from .noise_jumps import LEAST
 from .response import Response
 from .response_record import long_run, long_run_of
 
+APART = 10  # samples between two changes
 PLACES, NEAR = 64, 64  # at which a change is looked for, and about the likeliest of them
 LEVEL, GAIN = "level", "gain"
 NUMBERS = {LEVEL: 1, GAIN: 2}  # of a change: a gain has the point about which it turns
@@ -22,6 +23,7 @@ class Place(NamedTuple):
     """Where a change would be, as a sample, in which interval, and its log odds.
 
     taken, calm : what it takes off half the squares, and by how much such a sum is too large (the log odds count it)
+    whole : the log odds that anything changed there: of a gain, with what the level moves beside it
     """
 
     at: int
@@ -29,6 +31,7 @@ class Place(NamedTuple):
     log_odds: float
     taken: float
     calm: float
+    whole: float
 
 
 def effects(now: Response, kind: str, i: int, places) -> list[np.ndarray]:
@@ -96,20 +99,22 @@ def place(now: Response, kind: str, i: int, r, hint: int = -1) -> Place | None:
     if n < 2 * LEAST + 1:
         return None
     low, high = int(rows[LEAST]), int(rows[n - LEAST])
+    seen = np.flatnonzero(np.isfinite(now.record.y))  # an onset may be no row: what whitens it was called an outlier
+    seen = seen[(seen >= low) & (seen <= high)]
     others = np.array([*now.levels, *(since for _, since in now.gains)])
     r = r * now.weight
     r = r - now.basis @ (now.basis.T @ r)
-    grid = rows[np.linspace(LEAST, n - LEAST, min(PLACES, n - 2 * LEAST + 1)).astype(int)]
+    grid = seen[np.linspace(0, len(seen) - 1, min(PLACES, len(seen))).astype(int)]
     if hint >= 0:
-        about = int(np.searchsorted(rows, hint))
-        grid = np.concatenate([grid, rows[max(about - NEAR // 4, LEAST) : min(about + NEAR // 4, n - LEAST)]])
+        about = int(np.searchsorted(seen, hint))
+        grid = np.concatenate([grid, seen[max(about - NEAR // 4, 0) : about + NEAR // 4]])
     grid = apart(np.unique(grid), others)
     if not len(grid):
         return None
     taken = scanned(now, kind, i, grid, r)
     best = int(np.argmax(taken))
     a, b = grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]
-    fine = rows[(rows >= a) & (rows <= b)]
+    fine = seen[(seen >= a) & (seen <= b)]
     fine = apart(fine[:: max(len(fine) // NEAR, 1)], others)
     finer = scanned(now, kind, i, fine, r)
     at = int(np.argmax(finer))
@@ -120,20 +125,21 @@ def place(now: Response, kind: str, i: int, r, hint: int = -1) -> Place | None:
     calm /= 1.0 - float(np.max(d**2) / np.sum(d**2)) + 1e-9  # one sample alone is none of a change
     gain = np.concatenate([taken[grid < a], finer, taken[grid > b]]) / calm
     where = np.concatenate([grid[grid < a], fine, grid[grid > b]])
-    width = np.gradient(np.searchsorted(rows, where).astype(float)) if len(where) > 1 else np.ones(1)
+    width = np.gradient(np.searchsorted(seen, where).astype(float)) if len(where) > 1 else np.ones(1)
     weight = width * np.exp(gain - gain.max())
     total = np.cumsum(weight) / weight.sum()
     ends = [int(where[min(int(np.searchsorted(total, q)), len(where) - 1)]) for q in (0.025, 0.975)]
-    odds = float(gain.max()) + math.log(weight.sum() / (n - 2 * LEAST + 1)) - NUMBERS[kind] * 0.5 * math.log(n)
+    whole = float(gain.max()) + math.log(weight.sum() / len(seen)) - NUMBERS[kind] * 0.5 * math.log(n)
+    odds, tried = whole, math.log(2 + len(now.b))
     if kind == GAIN:  # what the level moves with it is no evidence that the gain did
         odds = min(odds, float(0.5 * share(own @ r, own @ own, n) * (own @ r)) / calm - 0.5 * math.log(n))
-    odds -= math.log(2 + len(now.b))
-    return Place(min(max(int(fine[at]), low), high), (ends[0], ends[1]), odds, float(finer[at]), calm)
+    date = min(max(int(fine[at]), low), high)
+    return Place(date, (ends[0], ends[1]), odds - tried, float(finer[at]), calm, whole - tried)
 
 
 def apart(places, others) -> np.ndarray:
     """Return the places that are not beside another change: what is left there is what its date is wrong by."""
-    return places[np.all(abs(places[:, None] - others) >= LEAST, axis=1)]
+    return places[np.all(abs(places[:, None] - others) >= APART, axis=1)]
 
 
 def located(now: Response, part: str, j: int) -> Place | None:
@@ -150,7 +156,7 @@ def standing(now: Response, part: str, j: int) -> Place | None:
     if found is None:
         return None
     lost = max(now.without(part, j).refined().loss() - now.loss(), 0.0)
-    return found._replace(log_odds=found.log_odds - max(found.taken - lost, 0.0) / found.calm)
+    return found._replace(log_odds=min(found.log_odds, found.whole - max(found.taken - lost, 0.0) / found.calm))
 
 
 def worth(now: Response, part: str, many: int) -> float:

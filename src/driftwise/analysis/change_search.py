@@ -11,37 +11,13 @@ import numpy as np
 from .change_places import GAIN, LEVEL, Place, colourless, located, place, standing, worth
 from .noise_jumps import LEAST, PIECES, SURE, noisy
 from .response import Response
-from .response_orders import cleaned, likeliest, orders, plainest, respond, stripped, without_outliers
-from .response_record import HUBER, Record, local_size
+from .response_orders import respond, stripped
+from .response_record import HUBER, local_size
 
 HOPE = 3.0  # log odds from which a change is tried
 STEPS = 4  # by which the frequency of a line is sharpened
 EVEN = 6.0  # of the criterion: of changes no further apart, the surest is taken
-STARTS = 2  # changes beside which a response is begun
 REACH = 5  # samples by which a level before and after is compared
-
-
-def beginnings(record: Record) -> list[Response]:
-    """Return the response of a record, and one beside the change that an order of it is surest of, where likelier.
-
-    A step that is not there yet is taken for an answer of the plant: by poles too slow, delays too long, one order
-    more. Once it is taken for that, nothing is left of it to be found. A wrong one, though, hides the right one.
-    """
-    plain = without_outliers(plainest(record))
-    if plain is None or not len(plain.b):
-        return [one for one in (plain and respond(plain),) if one is not None]
-    found = orders(plain)
-    if not found:
-        return []
-    bare, beside, seen = cleaned(likeliest(found)), list[Response](), list[int]()
-    places = [(place(one, kind, i, one.left), kind, i) for one in found for kind, i in kinds(one)]
-    sure = [(*where, kind, i) for where, kind, i in places if where is not None and where.log_odds > SURE]
-    for at, _, _, *_, kind, i in sorted(sure, key=lambda one: -one[2]):
-        if len(seen) < STARTS and all(abs(at - other) >= LEAST for other in seen):
-            seen.append(at)
-            other = respond(plain.with_level(at) if kind == LEVEL else plain.with_gain(i, at))
-            beside += [other] if other is not None and other.criterion < bare.criterion else []
-    return [bare, *sorted(beside, key=lambda one: one.criterion)[:1]]
 
 
 def kinds(now: Response) -> list[tuple[str, int]]:

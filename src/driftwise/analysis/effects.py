@@ -10,12 +10,14 @@ import numpy as np
 from ..models.quantities import NORMAL_95
 from ..results.stable import is_endless, swings
 from .response import Response
+from .response_orders import raised
 from .segmentation import Hindsight
 from .step_response import DRAWS, StepResponse, answers, step_responses
 
 SEED = 0  # of the draws of parameters
 BENT, CLEAR = 1.2, 1.5  # of the largest slope over the least: below is straight, above matters
 HUGE = 1e9  # of slopes that differ in sign
+AGREES = 0.15  # of the period, by which another order may differ
 INNER, PLACES = (0.05, 0.95), 6  # quantiles of an input between which its slopes are told, at so many places
 
 
@@ -124,7 +126,19 @@ def of_response(found: Hindsight) -> Effects:
                 may_bend(now, i),
             )
         )
-    return Effects(tuple(gains), swing([np.roots(a) for a, _ in drawn]), error, True, any(endless))
+    period = swing([np.roots(a) for a, _ in drawn])
+    if period is not None and not is_borne_out(now, period):
+        period = None
+    return Effects(tuple(gains), period, error, True, any(endless))
+
+
+def is_borne_out(now: Response, found: Swing) -> bool:
+    """Say whether a response of one order more swings at about the same period: bars know nothing of a missing mode."""
+    more = raised(now)
+    if more is None:
+        return True
+    angles = [abs(np.angle(p)) for p in np.roots(more.denominator) if swings(p)]
+    return any(abs(2 * math.pi / angle / found.period - 1) < AGREES for angle in angles)
 
 
 def swing(drawn) -> Swing | None:

@@ -306,7 +306,7 @@ class Response:
         """Return the same with all samples about a change that were measured."""
         used, near = self.used.copy(), slice(max(at - ONSET, 0), at + ONSET)
         used[near] |= np.isfinite(self.record.y[near])
-        return replace(self, used=used, cache={"slopes": self.slopes()})
+        return replace(self, used=used, cache={name: self.cache[name] for name in ("slopes",) if name in self.cache})
 
     def settled(self, times: int = 3) -> Response:
         """Return parameters, noise and outliers that fit each other."""
@@ -361,6 +361,12 @@ class Response:
         misfit = 2 * float(np.mean(np.log(s))) + 2 * self.loss() / max(len(self.rows), 1)
         misfit += (measured - int(self.used.sum())) / measured * (2 * HUBER * FAR - HUBER**2)
         return measured * misfit + (len(self.theta) + len(self.f)) * math.log(measured)
+
+    @property
+    def dated_criterion(self) -> float:
+        """The criterion with the dates of changes, which cost twice a number each (Zhang and Siegmund, 2007)."""
+        dates = len(self.levels) + len(self.gains)
+        return self.criterion + 2 * dates * math.log(int(np.isfinite(self.record.y).sum()))
 
     def covariance(self) -> np.ndarray:
         """Return the covariance of theta: of white noise or, in each direction, of scores as they were, if larger."""

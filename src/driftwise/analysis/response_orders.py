@@ -8,14 +8,14 @@ from dataclasses import replace
 import numpy as np
 
 from ..models.filtering import linear_filter
-from .delays import DelayScan, lagged, longest_delay
+from .delays import DelayScan, lagged
 from .response import Response
 from .response_record import HUBER, Record, least_squares
 
 ORDERS = (1, 2, 3)
 TIMES = (0.7, 2.0, 5.0, 12.0, 30.0, 80.0)  # samples, of real poles that are tried
 SWINGS = ((3.0, 8.0), (8.0, 16.0), (8.0, 36.0), (20.0, 40.0), (20.0, 84.0))  # time constant and period of pairs
-LATEST = 100  # samples of delay that are looked at, at most
+LATEST, PART = 64, 6  # samples of delay that are looked at, at most, and as a part of those measured
 MORE = 6.0  # by which the criterion of a higher order must be smaller
 ENOUGH = 6  # measured outputs for each parameter
 
@@ -47,15 +47,31 @@ def respond(plain: Response, is_again: bool = False) -> Response | None:
 
 def orders(plain: Response, is_again: bool = False) -> list[Response]:
     """Return a response of each order that there are outputs enough for, the lowest first."""
-    many, k = int(plain.used.sum()), len(plain.b)
     found: list[Response] = []
     for n in ORDERS:
-        m = max(2, n)
-        if many < ENOUGH * (n + k * m + len(plain.more)):
+        if not is_enough(plain, n):
             break
         noises = (found[-1],) if found and is_again else (plain, *found[-1:])
-        found.append(fitted(plain, noises, n, m))
+        found.append(fitted(plain, noises, n, lags(n)))
     return found
+
+
+def lags(n: int) -> int:
+    """Return how many coefficients B has for each input beside A of order n."""
+    return max(2, n)
+
+
+def is_enough(plain: Response, n: int) -> bool:
+    """Say whether there are outputs enough for a response of order n with the same parts."""
+    return int(plain.used.sum()) >= ENOUGH * (n + len(plain.b) * lags(n) + len(plain.more))
+
+
+def raised(now: Response) -> Response | None:
+    """Return the response of one order more with the same parts; None of the highest, or of too few outputs."""
+    plain, n = stripped(now), len(now.a) + 1
+    if n not in ORDERS or not is_enough(plain, n):
+        return None
+    return fitted(plain, (plain, now), n, lags(n))
 
 
 def likeliest(found: list[Response]) -> Response:
@@ -83,9 +99,9 @@ def without_outliers(plain: Response) -> Response | None:
 
 
 def cleaned(found: Response) -> Response:
-    """Return the same without outliers, fitted again."""
+    """Return the same without outliers, fitted again, where that is likelier."""
     less = found.without_outliers()
-    return found if less is found else less.coloured().settled(2)
+    return found if less is found else min(found, less.coloured().settled(2), key=lambda one: one.criterion)
 
 
 def fitted(plain: Response, noises, n: int, m: int) -> Response:
@@ -120,7 +136,7 @@ def begun(start: Response, poles, n: int, m: int) -> Response:
 def equation(plain: Response, n: int, m: int) -> Response | None:
     """Return a start at the poles of the likeliest difference equation, as if its errors were white."""
     y, x = levelled(plain), moving(plain)
-    scan = DelayScan(y, x, n, (m,) * x.shape[1], max(min(longest_delay(y), LATEST), 1))
+    scan = DelayScan(y, x, n, (m,) * x.shape[1], max(latest(y), 1))
     if not scan.is_enough:
         return None
     nk = scan.best((0,) * x.shape[1], (0,) * x.shape[1])
@@ -132,6 +148,11 @@ def equation(plain: Response, n: int, m: int) -> Response | None:
     if not np.all(abs(np.roots(np.append(1.0, a))) < 0.999):
         return None
     return replace(plain, f=a, nk=nk, cache={})
+
+
+def latest(y) -> int:
+    """Return the longest delay that is looked at, in samples; y (T,) is NaN where missing."""
+    return min(LATEST, int(np.isfinite(y).sum()) // PART)
 
 
 def levelled(now: Response) -> np.ndarray:
@@ -200,7 +221,7 @@ def delays(now: Response, a, nk, m: int) -> tuple[int, ...]:
     """Return the delays that leave least with such poles, under the noise of ``now``, one input after the other."""
     if "levelled" not in now.cache:  # the same for all poles that are tried
         y = levelled(now)
-        now.cache["levelled"] = y, min(longest_delay(y), LATEST)
+        now.cache["levelled"] = y, latest(y)
     y, most = now.cache["levelled"]
     if most < 1:
         return tuple(nk)

@@ -7,14 +7,16 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .beginnings import beginnings
 from .change_places import GAIN, LEVEL, part_of, standing
-from .change_search import beginnings, searched
+from .change_search import searched
 from .noise_jumps import LEAST, SURE, noises
 from .response import Response
 from .response_record import long_run, recorded
 
 EDGE, BESIDE = 6, 5.0  # part of a record that is its edge; log odds that chance may take
 NOISE = "noise"
+TOLD = {LEVEL: math.log(1000.0), GAIN: SURE}  # log odds from which one is told: what is slow looks like a level
 
 
 class Jump(NamedTuple):
@@ -56,8 +58,8 @@ class Hindsight(NamedTuple):
         for j, since in enumerate(now.levels):
             where = standing(now, "levels", j)
             size = float(now.more[now.placed()["levels"].start + j]) * self.y_scale
-            if where is not None and where.log_odds > SURE:
-                found.append(Jump(since, _about(where.interval, since), where.log_odds, LEVEL, 0, 0.0, size))
+            if where is not None and where.log_odds > TOLD[LEVEL]:
+                found.append(Jump(since, where.interval, where.log_odds, LEVEL, 0, 0.0, size))
         for j, (i, since) in enumerate(now.gains):
             where = standing(now, "gains", j)
             factor = now.factor(i)
@@ -65,36 +67,39 @@ class Hindsight(NamedTuple):
             before, after = (float(gain * factor[k]) for k in (max(since - 1, 0), min(since, T - 1)))
             if endless[i]:
                 before, after = 1.0, after / before if before else math.inf
-            if where is not None and where.log_odds > SURE:
-                ends = _about(where.interval, since)
-                found.append(Jump(since, ends, where.log_odds, GAIN, i, before, after, endless[i]))
+            if where is not None and where.log_odds > TOLD[GAIN]:
+                found.append(Jump(since, where.interval, where.log_odds, GAIN, i, before, after, endless[i]))
         for jump in noises(now):
             sizes = jump.before * self.y_scale, jump.after * self.y_scale
             found.append(Jump(jump.at, jump.interval, jump.log_odds, NOISE, 0, *sizes))
-        return sorted(found)
+        seen = np.flatnonzero(np.isfinite(now.record.y))
+        return sorted(unseen(jump, seen) for jump in found)
 
     def visible(self) -> Visible | None:
         """Return the smallest jumps that would have been told; None where too few samples follow each other."""
         now, n, k = self.response, len(self.response.rows), len(self.response.b)
         if n // EDGE < LEAST:
             return None
-        need = SURE + 0.5 * math.log(n) + math.log(2 + k) + BESIDE
+        need = 0.5 * math.log(n) + math.log(2 + k) + BESIDE
         places, sizes = now.rows[[n // EDGE, n - n // EDGE]], []
         r = now.left * now.weight
         for kind, i in [(LEVEL, 0), *((GAIN, i) for i in range(k))]:
             d = [part_of(now, kind, i, at, r)[1] for at in places]
             free = max(float(min(x @ x for x in d)), 1e-300)
             calm = max(max(long_run(x * r) / max(float(np.mean(x * x)), 1e-300) for x in d), 1.0)
-            sizes.append(math.sqrt(2 * need * calm / free))
+            sizes.append(math.sqrt(2 * (need + TOLD[kind]) * calm / free))
         share, factors, z = 1 / EDGE, np.linspace(1.05, 10.0, 200), r**2 / max(float(np.mean(r**2)), 1e-300) - 1
         gain = 0.5 * n * (np.log(1 - share + share * factors**2) - share * np.log(factors**2))
-        enough = np.flatnonzero(gain / max(long_run(z) / 2, 1.0) > need)
+        enough = np.flatnonzero(gain / max(long_run(z) / 2, 1.0) > need + SURE)
         noise = float(factors[enough[0]]) if len(enough) else math.inf
         return Visible(sizes[0] * self.y_scale, tuple(sizes[1:]), noise)
 
 
-def _about(interval, at: int) -> tuple[int, int]:
-    return min(interval[0], at), max(interval[1], at)
+def unseen(jump: Jump, seen) -> Jump:
+    """Return a jump that showed at one of the samples ``seen`` dated between it and the one before, in its middle."""
+    k, (low, high) = int(np.searchsorted(seen, jump.at)), jump.interval
+    first = int(seen[k - 1]) + 1 if k else jump.at
+    return jump._replace(at=(first + jump.at) // 2, interval=(min(low, first), max(high, jump.at)))
 
 
 def hindsight(y, u) -> Hindsight | None:
@@ -113,4 +118,4 @@ def hindsight(y, u) -> Hindsight | None:
         return None
     record, y_scale, u_scale, middle = recorded(y, u)
     found = [searched(one) for one in beginnings(record)]
-    return Hindsight(min(found, key=lambda one: one.criterion), y_scale, u_scale, middle) if found else None
+    return Hindsight(min(found, key=lambda one: one.dated_criterion), y_scale, u_scale, middle) if found else None

@@ -1,0 +1,62 @@
+"""What a response of a record is begun beside: nothing, or what an order of it is surely without."""
+
+from __future__ import annotations
+
+from .change_places import LEVEL, colourless, place, worth
+from .change_search import abrupt, kinds, lines, wave
+from .noise_jumps import LEAST, SURE
+from .response import Response
+from .response_orders import cleaned, likeliest, orders, plainest, respond, without_outliers
+from .response_record import Record
+
+STARTS = 2  # changes beside which a response is begun
+
+
+def beginnings(record: Record) -> list[Response]:
+    """Return the response of a record, and one beside what an order of it is surely without, where likelier.
+
+    A step that is not there yet is taken for an answer of the plant: by poles too slow, delays too long, one order
+    more. Once it is taken for that, nothing is left of it to be found. A wrong one, though, hides the right one.
+    """
+    plain = without_outliers(plainest(record))
+    if plain is None or not len(plain.b):
+        return [one for one in (plain and respond(plain),) if one is not None]
+    found = orders(plain)
+    if not found:
+        return []
+    bare = cleaned(likeliest(found))
+    begun = [respond(one) for one in (*beside_changes(plain, found), *beside_lines(plain, found))]
+    likelier = [one for one in begun if one is not None and one.dated_criterion < bare.criterion]
+    return [bare, *sorted(likelier, key=lambda one: one.dated_criterion)[:1]]
+
+
+def beside_changes(plain: Response, found: list[Response]) -> list[Response]:
+    """Return ``plain`` beside each of the changes that some orders are surest of, and beside a step seen by its onset.
+
+    They are looked for under each noise and under a white one: what a noise has taken for its colour is there alone.
+    """
+    looks = [look for one in found for look in ((one, colourless(one)) if len(one.f) else (one,))]
+    places = [(place(look, kind, i, look.left), kind, i) for look in looks for kind, i in kinds(look)]
+    sure = sorted((-where.log_odds, where.at, kind, i) for where, kind, i in places if where is not None)
+    taken = list[tuple[int, str, int]]()
+    for odds, at, kind, i in sure:
+        if -odds > SURE and len(taken) < STARTS and is_apart(at, taken):
+            taken.append((at, kind, i))
+    step = abrupt(min(found, key=lambda one: one.criterion))
+    if step is not None and is_apart(step[0], taken):
+        taken.append((step[0], LEVEL, 0))
+    near = [plain.with_all_near(at) for at, _, _ in taken]
+    return [one.with_level(at) if kind == LEVEL else one.with_gain(i, at) for one, (at, kind, i) in zip(near, taken)]
+
+
+def is_apart(at: int, taken) -> bool:
+    """Say whether a place is not about that of another change."""
+    return all(abs(at - other) >= LEAST for other, _, _ in taken)
+
+
+def beside_lines(plain: Response, found: list[Response]) -> list[Response]:
+    """Return ``plain`` beside the line that the lowest order is surely without: the pairs of others may imitate it."""
+    bare = colourless(found[0])
+    beside = [bare.with_columns(wave(w, len(plain.used))) for w in lines(bare)]
+    best = max(beside, key=lambda one: worth(one, "columns", 2), default=None)
+    return [plain.with_columns(best.columns[-2:])] if best is not None and worth(best, "columns", 2) > SURE else []
