@@ -83,7 +83,7 @@ def main() -> None:
     found = dw.identify(TABLE)
     print(found)
     print("\nmodel | memory | unknowns | log odds | error")
-    for model, memory, unknowns, odds, rmse in list(zip(*found.evidence().values()))[:6]:
+    for model, memory, unknowns, odds, rmse, _ in list(zip(*found.evidence().values()))[:6]:
         print(f"{model} | {memory} | {unknowns} | {odds:.1f} | {rmse:.3f}")
     print(", ".join(f"{name}: {rmse:.3f}" for name, rmse in found.naive.items()))
     for change in found.changes:
