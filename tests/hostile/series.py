@@ -85,6 +85,8 @@ ESTIMATORS = {
     ),
     "GreyBox": lambda: dw.estimators.GreyBox("mass_spring_damper", dt=0.1),
     "GreyBox tank": lambda: dw.estimators.GreyBox("tank", start=None),
+    "GreyBox exact gradient": lambda: dw.estimators.GreyBox("battery", start=None, method="rpem"),
+    "GreyBox tank, exact gradient": lambda: dw.estimators.GreyBox("tank", start=None, method="rpem"),
     "Track": lambda: dw.TrackEstimator("aircraft"),
 }
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from driftwise.engine.errors import InputError
 from hostile.series import ESTIMATORS, SERIES, broken, drawn
 from hostile.soak import KINDS, friendly, soak
 
@@ -20,6 +21,20 @@ def test_extreme_series_leave_a_finite_state(name):
 @pytest.mark.parametrize("shape", ["zeros", "huge inputs"])
 def test_a_start_that_nothing_can_be_fitted_to_is_told(shape):
     assert not broken("GreyBox", *SERIES[shape](np.random.default_rng(3)))
+
+
+@pytest.mark.parametrize("shape", SERIES)
+def test_a_grey_box_looks_back_at_extreme_series_or_says_why_not(shape):
+    y, u = (column[:80] for column in SERIES[shape](np.random.default_rng(3)))
+    found, said = None, ""
+    try:
+        found = ESTIMATORS["GreyBox exact gradient"]().smooth(y, u)
+    except InputError as error:
+        said = str(error)
+    if found is None:
+        assert "cannot be looked back at" in said or "must be" in said
+    else:
+        assert np.isfinite(found.x).all() and np.isfinite(found.parameters).all()
 
 
 @pytest.mark.slow

@@ -17,6 +17,7 @@ from ...memory.settings import Setting, state_size
 from ...models import formula_kernels, formulas
 from ...models.scale import InverseGamma, KnownScale, resolve_scale
 from ...results.physical_sentences import modes_words
+from ...results.smoothed import width
 from ..common.given_state import COUNT
 from ..common.memories import memory_of_joint, prior_of_parameters, watch_of_joint
 from ..common.observer import Observed, Observer, check_names
@@ -28,6 +29,7 @@ from .beforehand import at_the_start, check_numbers
 from .identifiability import unlearnt
 from .jump_fit import Jumping, resolve_jumps
 from .row import GREY_BOX, GREY_SAMPLE, SCRATCH, GreyBoxForm
+from .smoothed import GreyBoxSmoothed
 from .start import Starting, resolve_start
 from .summary import GreyBoxSummary
 from .trace import GreyBoxTrace
@@ -355,6 +357,56 @@ class GreyBox(Observer):
         found = np.maximum(2 * self.scale.alpha + observed + np.cumsum(each) - each, 1.0)
         return np.broadcast_to(found.reshape(-1, *[1] * (is_used.ndim - 1)), is_used.shape).copy()
 
-    def smooth(self, *args, **options):
-        """Refuse (InputError): there is no smoother of a plant in formulas yet."""
-        raise InputError("GreyBox has no smoother: Joint, AR, ARX and Regression look back")
+    # --- looking back --------------------------------------------------------------------------------------
+
+    def smooth(self, y, u=None, *, state=None, lag=None, keep: str = "std", time=None) -> GreyBoxSmoothed:
+        """Return state and parameters at every sample, given the whole record.
+
+        The record is filtered; then the plant is made linear about the path that this leads to, smoothed, and made
+        linear about the path that is then the most probable, until it stays where it is (`smoother`). Parameters that
+        are constant are the same at all samples, and no longer those of a filter whose early slopes were taken far off.
+        A jump that was told frees its parameter there.
+
+        Parameters
+        ----------
+        y, u, state, time : as for `scan`
+        lag : None; only whole records are smoothed
+        keep : "means", "std" or "covariance"
+
+        Returns
+        -------
+        GreyBoxSmoothed
+            ``x`` and ``parameters``, with ``_std``, ``of(name)``, ``covariance`` (T, N, N), and ``moved``: by how many
+            deviations the path moved at last (.001 where it is settled).
+
+        Notes
+        -----
+        Bad at: walks of the state that are large, where the most probable path is not that of the most probable
+        parameters (their likelihood sums over all paths: ``method="rpem"``), and memories that forget (refused).
+
+        References
+        ----------
+        Bell (1994), "The iterated Kalman smoother as a Gauss-Newton method", SIAM J. Optimization 4, 626-636.
+
+        Examples
+        --------
+        >>> import numpy as np, driftwise as dw
+        >>> current = np.repeat(np.random.default_rng(1).choice([-1.0, 0.0, 1.0], 30), 10)
+        >>> est = dw.GreyBox("battery")
+        >>> volts = est.simulate(current, {"R0": 0.02, "R1": 0.015, "C1": 1500.0}, noise=5e-4, seed=1)
+        >>> R0, std = est.smooth(volts, current).of("R0")
+        >>> f"{1e3 * R0[0]:.2f} ± {1e3 * std[0]:.2f} mOhm"
+        '20.00 ± 0.04 mOhm'
+        """
+        from .smoother import smooth
+
+        if lag is not None:
+            raise InputError(f"lag must be None: GreyBox looks back over whole records, got {lag!r}")
+        width(keep, self.model.N)
+        begun = self.start() if state is None else np.array(state)
+        trace = self.scan(y, u, state=begun, time=time)
+        if not len(trace):
+            raise InputError("y is empty: there is nothing to smooth")
+        with np.errstate(all="ignore"):  # of paths that are tried
+            table, moved = smooth(self, trace, begun, keep)
+        return GreyBoxSmoothed(self, trace.y, trace.u, table, keep, trace.state, moved, trace.time)
