@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from driftwise_studies.score.motions import draw, simulate
+from driftwise_studies.score.motions import crowd, draw, simulate
 from driftwise_studies.score.motions.field import Total, by_kind, by_trouble
 from driftwise_studies.score.motions.jets import alone, imm
 from driftwise_studies.score.motions.measured import one, onsets, play, runs
@@ -95,3 +95,21 @@ def test_three_filters_tuned_for_a_turn_follow_it_better_than_one_of_constant_ve
     said = imm(seen.plots.time, seen.plots.position, 20.0, 250.0, grid=(straight, (0.3, 15.0, 25.0, 4.0, 0.97)))
     error = np.sqrt(np.mean((said[10:] - seen.truth[10:, None]) ** 2, axis=(0, 2)))
     assert error[1] < 0.7 * error[0]
+
+
+def test_a_crowd_has_the_births_the_detections_and_the_clutter_that_it_says():
+    made = crowd.Crowd((3, 0), "boat", 300, 3.0, 2.0, 1e5, 0.1, 0.02, 0.8, 2.0)
+    seen = crowd.simulate(made)
+    assert np.sum(seen.object == crowd.NOBODY) == pytest.approx(600, abs=75)
+    lives = [seen.plots.time[seen.object == k] for k in range(seen.object.max() + 1)]
+    spans = np.array([np.ptp(t) / 3.0 + 1 for t in lives if len(t) > 5])
+    counts = np.array([len(t) for t in lives if len(t) > 5])
+    assert len(lives) > 20 and counts.sum() / spans.sum() == pytest.approx(0.8, abs=0.06)
+    error = (seen.plots.position - seen.truth)[seen.object >= 0]
+    assert np.std(error) == pytest.approx(2.0, rel=0.1) and np.all(np.diff(seen.plots.time) >= 0)
+
+
+def test_false_tracks_breaks_and_swaps_are_counted():
+    nobody, a, b = [-1] * 8, [0] * 9, [1] * 8
+    tracks = [np.array(t) for t in (a[:6], a[6:] + b[:2], b[2:], nobody[:3] + b[:1])]
+    assert crowd.tally(np.array(nobody + a + b), tracks) == (2, 1, 17, 15, 4, 1, 1, 1)

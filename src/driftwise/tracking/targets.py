@@ -25,7 +25,7 @@ SUSPECTS = 8  # plots set aside that are remembered for a key
 TWICE = 0.08, 0.5  # scan periods, and shortest of the last scans: no sensor sees an object twice in less
 NAMED = 4.0  # times as many scans without a plot may a track have that its plots name, or while nobody was seen
 ALLOWED = 5.0, 0.25, 3.0  # deviations of a forecast that are allowed; s of what is fast, at least; and scans, at most
-CLUTTER = 0.1, 5.0  # share of plots discarded, from which on a new track is near an old one or not of it; gates
+GATES = 5.0  # within so many of an old track a new one begins, or within what a plot may be off, or it is not of it
 CODE = re.compile(r"A[0-7]{4}$")  # a Mode A code
 CLIMB, LEVELS = 50.0, 300.0  # m/s, m: altitudes that differ by more are two objects
 AT = TRACK_SAMPLE.slices(2)  # of a trace's row
@@ -167,18 +167,15 @@ class Targets:
         return (d * e * e - 2 * b * e * n + a * n * n) / det, math.log(det)
 
     def _rivalled(self, track: Live) -> Live | None:
-        """Return the track that a new one is really of: not seen since, and of such the one that it misses by least.
-
-        Where many plots are of nobody, it is no farther off than a few gates.
-        """
+        """Return the track that a new one is really of: the nearest not seen since, if that is near enough."""
         if track.status != TENTATIVE:
             return None
         near = self.places.within_reach(track.last, self.rules.fastest)
         unseen = [t for t in near if t.status != TENTATIVE and t.last.time < track.last.time and not self._has_key(t)]
-        distance, old = min(((self._miss(t, track.last)[0], t.id) for t in unseen), default=(math.inf, 0))
-        share, gates = CLUTTER
-        is_cluttered = self.counts["discarded"] > share * self.counts["plots"]
-        return self.live.get(old) if not is_cluttered or distance <= (gates * self.rules.gate) ** 2 else None
+        distance, id = min(((self._miss(t, track.last)[0], t.id) for t in unseen), default=(math.inf, 0))
+        old = self.live.get(id)
+        is_near = distance <= (GATES * self.rules.gate) ** 2 or (old and miss(old, track.last) <= old.allowance)
+        return old if is_near else None
 
     def _since(self, track: Live, time: float) -> list[Plot]:
         """Return the plots of a track after a time."""

@@ -166,6 +166,23 @@ def test_a_lattice_of_degrees_is_one_though_a_plane_bends_it():
     assert np.mean(trace.nis[40:]) < 3 and np.all(trace.variance[150:] > 1.0)
 
 
+def test_a_place_that_only_repeats_may_be_anywhere_in_a_cell_of_unknown_size():
+    t = 0.6 * np.arange(16)
+    path = np.stack([0.6 * t - 1.0, 1.0 * t - 5.0], axis=1)  # m: a walker, on a lattice of 16 m
+    trace = dw.TrackEstimator(2.0).scan(t, 16.0 * np.round(path / 16.0))
+    assert np.all(np.abs(trace.position - path)[3:] < 3 * trace.position_sd[3:])
+
+
+def test_noise_that_is_a_thousand_times_larger_from_now_on_is_no_wandering():
+    rng = np.random.default_rng(3)
+    t = 1.5 * np.arange(60)
+    path = np.stack([12.0 * t, 5.0 * t], axis=1)
+    trace = dw.TrackEstimator("helicopter").scan(
+        t, path + np.where(t < 20, 0.02, 20.0)[:, None] * rng.standard_normal((60, 2))
+    )
+    assert np.all(np.abs(trace.position - path)[3:] < 8 * trace.position_sd[3:])
+
+
 def test_nothing_follows_what_no_object_of_the_class_does():
     """Seventeen plots of a millimetre, then a leap: no member goes on at a multiple of what is fast."""
     rng = np.random.default_rng(9)

@@ -12,6 +12,7 @@ from ...engine.elementary import exp, log, log1p, square
 from . import bank, circle, learning, linear, pole
 
 FREEDOM = 6.0  # of the Student-t by which bank.members are judged
+LOUDER = -15.0  # log probability that all is as expected but the noise, which is as large as it seems
 GENTLE = 250.0  # s, from rest to the speed of the class: an acceleration that is no manoeuvre
 PLAIN = 3  # the member of constant velocity from which a manoeuvre leads away
 FRESH = 0.4  # of the mean of its innovations, what the last one counts
@@ -120,7 +121,8 @@ def judge(task, row, C, T, y, unit, w, mean, S, scores):
         for c in range(C):
             if math.isfinite(mean[i, c]) and not learning.shows_lattice(row, C, c, y):
                 z2 = square(y[c] - mean[i, c]) / S[i, c]
-                scores[i] += -0.5 * log(S[i, c]) - 0.5 * (FREEDOM + 1.0) * log1p(z2 / FREEDOM)
+                usual = -0.5 * (FREEDOM + 1.0) * log1p(z2 / FREEDOM)
+                scores[i] += max(usual, LOUDER - 0.5 * log(max(z2, 1.0))) - 0.5 * log(S[i, c])
         if math.isfinite(mean[i, 0]):
             top = max(top, scores[i])
     tiny = 1e-12

@@ -22,6 +22,7 @@ EVEN = bank.SCALES.index(1.0)  # the scale of what errs as expected
 LEARNT_BY = 12  # plots: the variance of a plot is then left to the noise of each member
 PERIODS = 50.0  # plots by which the typical time between plots is known
 FINEST, COARSEST = 1e-6, 1e6  # a plot's standard deviation, of what is fast for the class between two plots
+UNSEEN = 1.35  # s of what is fast: error on a lattice whose step is unknown, any from 2 ms of it to 20 s, rms
 PRIOR = (0.1, 0.4, 2.0, 0.25, 0.06, 0.02, 0.01, 0.005, 0.05)  # plots that each scale of the tails is worth beforehand
 
 
@@ -118,6 +119,17 @@ def repeated(row, C, c, y):
     if row[bank.of_coordinate(C, bank.GRAIN, c)] > 0.0 or y[c] != row[bank.of_coordinate(C, bank.LAST, c)]:
         return 1.0
     return square(1.0 + row[bank.of_coordinate(C, bank.STILL, c)])
+
+
+@kernel
+def cell_variance(task, row, C, c):
+    """Return the variance of a place within a cell of its lattice, which plots repeat: its own step, another's, any."""
+    step, own = 0.0, row[bank.of_coordinate(C, bank.GRAIN, c)]
+    if own > 0.0 or row[bank.of_coordinate(C, bank.SPEED, c)] != 0.0:
+        return square(own) / 12.0
+    for k in range(C):
+        step = max(step, row[bank.of_coordinate(C, bank.GRAIN, k)])
+    return square(step) / 12.0 if step > 0.0 else square(UNSEEN * task.fastest)
 
 
 @kernel

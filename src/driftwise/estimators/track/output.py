@@ -7,7 +7,7 @@ from ...engine.elementary import log, square
 from ...engine.elementary.complementary import erfc_both
 from ...engine.normal import density
 from ...engine.status import NOT_READY
-from . import bank, circle, linear, pole
+from . import bank, circle, learning, linear, pole
 
 
 @kernel
@@ -108,7 +108,7 @@ def member_state(row, C, i, T, unit, x, V):
 
 
 @kernel
-def tell_state(row, C, T, w, unit, x, V, total, out):
+def tell_state(task, row, C, T, w, unit, x, V, total, out):
     """Write mean and covariance of position (from the first plot), velocity, acceleration: of members that have them.
 
     Member after member (West 1979), so that nothing cancels.
@@ -134,8 +134,7 @@ def tell_state(row, C, T, w, unit, x, V, total, out):
                 mean[j] += new * (x[j] - mean[j])
     for c in range(C):  # plots that repeat themselves on a lattice have one error, and not as many
         if row[bank.of_coordinate(C, bank.STILL, c)] > 0.0:
-            least = square(row[bank.of_coordinate(C, bank.GRAIN, c)]) / 12.0
-            total[3 * c, 3 * c] = max(total[3 * c, 3 * c], least)
+            total[3 * c, 3 * c] = max(total[3 * c, 3 * c], learning.cell_variance(task, row, C, c))
     at = bank.sample_at(C).covariance
     for j in range(n):
         for k in range(j, n):

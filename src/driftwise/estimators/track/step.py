@@ -204,7 +204,7 @@ def advance(task, row, t, y, R, out, kept):
         waits = not is_true and suspect(row, C, d, z, R, parts)
         if waits:
             status += OUTLIER
-            output.tell_state(ahead, C, T, w, unit, x, A, F, spare)
+            output.tell_state(task, ahead, C, T, w, unit, x, A, F, spare)
         status += absorb(task, ahead, C, T, d, z, unit, g, mean, S, F, A, B, w, told, parts, scores, x)
         judging.weigh(ahead, C, mean, w)
         if not waits:
@@ -220,7 +220,7 @@ def advance(task, row, t, y, R, out, kept):
             out[bank.column(C, 1, c)] = out[bank.column(C, 3, c)] = out[bank.column(C, 4, c)] = out[
                 bank.column(C, 5, c)
             ] = math.nan
-    output.tell_state(ahead, C, T, w, unit, x, A, F, out)
+    output.tell_state(task, ahead, C, T, w, unit, x, A, F, out)
     if waits:
         output.blend_state(C, row[bank.DOUBT], spare, out)
     output.tell_place(row, C, out)

@@ -2,7 +2,7 @@
 
 Run: python -m driftwise_studies.score.motions.judge                 the choosing scenes (seed 0), to work on
      python -m driftwise_studies.score.motions.judge --judge         those of the last commit; into docs/judged.md
-Options: --scenes 600 --processes 1 --worst 8
+Options: --scenes 600 --processes 1 --worst 8 --crowds 100
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import time
 from driftwise.engine.errors import InputError
 
 from ..worlds import judged
+from . import crowd
 from .field import Total, by_kind, by_trouble, worst
 from .measured import play
 
@@ -51,6 +52,7 @@ def main(arguments=None) -> None:
     parser.add_argument("--scenes", type=int, default=600)
     parser.add_argument("--processes", type=int, default=1, help="0: all cores")
     parser.add_argument("--worst", type=int, default=8, help="how many tracks to name")
+    parser.add_argument("--crowds", type=int, default=100, help="scenes of newcomers and clutter")
     asked = parser.parse_args(arguments)
     commit, seed = judged.seed(ANSWERS) if asked.judge else ("", judged.CHOOSING)
     title = f"## {commit[:8]}: tracks in {asked.scenes} scenes"
@@ -58,7 +60,7 @@ def main(arguments=None) -> None:
         judged.refuse_twice(title)
     began = time.time()
     found = play(seed, range(asked.scenes), asked.processes or None)
-    said, tables = verdicts(Total(found)), (by_trouble(found), by_kind(found))
+    said, tables = verdicts(Total(found)), (by_trouble(found), by_kind(found), crowd.play(seed, asked.crowds))
     print(f"seed {seed}, {asked.scenes} scenes, {time.time() - began:.0f} s\n")
     print(*tables, "\n".join(said), "", worst(found, asked.worst), sep="\n")
     if asked.judge:

@@ -12,6 +12,7 @@ import numpy as np
 
 from driftwise.engine.status import Status
 from driftwise.models.quantities import NORMAL_95
+from driftwise.tracking.plots import Plots
 from driftwise.tracking.tracker import Tracker
 
 from .drawing import draw
@@ -79,7 +80,7 @@ def one(scene: Scene, stated: bool = False) -> Found:
     tracker.feed(seen.plots)
     tracker.finish()
     tracks, counts = tracker.tracks, tracker.counts
-    index = [belong(track, seen) for track in tracks]
+    index = [belong(track, seen.plots) for track in tracks]
     refused = counts["outliers"] + counts["clock"]
     refused += sum(int(np.sum((t.trace.status & int(Status.OUTLIER)) > 0)) for t in tracks)
     owners = [np.unique(seen.object[i]) for i in index]
@@ -89,9 +90,9 @@ def one(scene: Scene, stated: bool = False) -> Found:
     return Found(scene, tuple(followed), tuple(pieces), mixed, int(seen.wild.sum()), refused, len(seen.plots))
 
 
-def belong(track, seen: Seen) -> np.ndarray:
-    """Return which plots of the scene a track has."""
-    where = {(t, *p): k for k, (t, p) in enumerate(zip(seen.plots.time.tolist(), seen.plots.position.tolist()))}
+def belong(track, plots: Plots) -> np.ndarray:
+    """Return which of the plots of a scene a track has."""
+    where = {(t, *p): k for k, (t, p) in enumerate(zip(plots.time.tolist(), plots.position.tolist()))}
     return np.array([where[t, *p] for t, p in zip(track.plots.time.tolist(), track.plots.position.tolist())])
 
 
