@@ -15,7 +15,7 @@ import tarfile
 from collections import Counter
 from pathlib import PurePosixPath
 
-from house import ROOT, code_lines, folder, sources
+from house_tree import ROOT, code_lines, folder, sources
 
 LEAST = 200  # lines of a new file or folder that is named
 IN_ROOM = ("engine", "estimators")  # rooms that are shown folder by folder

@@ -1,6 +1,6 @@
 """Imports point down: no circle, function-level imports included, the table of verbs aside."""
 
-from scripts.house import circles, imports
+from scripts.house_tree import circles, imports
 
 
 def test_no_import_circle():
