@@ -6,7 +6,7 @@ import subprocess
 import numpy as np
 import pytest
 from driftwise_studies.score import worlds
-from driftwise_studies.score.worlds import ceiling, field, judged, measured, ranking, told
+from driftwise_studies.score.worlds import ceiling, field, judged, measured, ranking, told, untold
 from driftwise_studies.score.worlds.simulation import QUIET, drawn, escapes
 from driftwise_studies.score.worlds.system import ALONE, RADIUS, System, changed, is_stable
 
@@ -237,6 +237,18 @@ def test_who_knows_the_law_of_jumps_gives_each_a_share():
     guesses = ceiling.statistics(None, np.array([1.0, 2.0, 0.5]))
     assert [len(g.precision) for g in guesses] == [len(ceiling.SCALES)] * 4
     assert sum(len(g.precision) * np.exp(g.log_prior) for g in guesses) == pytest.approx(1.0)
+
+
+def test_a_jump_is_told_or_has_a_cause():
+    plain = changed(REGRESSION, outliers=(0.0, 0.0), missing=(0.0, 1), steps=(), nvr=())
+    seen = {}
+    for size in (0.4, 8.0):
+        system = changed(plain, jumps=((size, (1,)),))
+        r = worlds.records(system, range(6), 900)
+        seen[size] = [untold.causes(system, r, s) for s in range(6)]
+    assert [could for could, _ in seen[8.0]] == [1] * 6 and not any(found for _, found in seen[8.0])
+    found = [one for _, some in seen[0.4] for one in some]
+    assert found and all(why in (untold.NO_TRIAL, untold.BELOW, untold.EVEN) and size < 3 for why, size in found)
 
 
 # --- measuring ---------------------------------------------------------------------------------------------
