@@ -1,6 +1,6 @@
-"""Why two recorded plants end where they do: what docs/plants.md says of the drive's friction and of the cell.
+"""What the friction of a recorded drive is, by how densely it is sampled: the table of docs/decisions/sampling.md.
 
-Run: python scripts/recorded_plants.py FOLDER (of recordings; a minute)
+Run: python scripts/recorded_plants.py FOLDER (of recordings; some minutes)
 """
 
 import sys
@@ -9,17 +9,7 @@ from pathlib import Path
 import numpy as np
 from driftwise_studies.score.tasks import physical
 from driftwise_studies.score.tasks.carriage_batch import GAIN
-from driftwise_studies.score.tasks.prediction_error import innovations
 from scipy.signal import butter, filtfilt
-
-import driftwise as dw
-
-WALK = 0.002  # that of the drive's velocity which makes the record likeliest, m/s in a root of a second
-FORCE = (
-    ("[inputs]", 'd = {unit = "N", std = 0.1, walk = 10.0}\n[inputs]'),
-    ("- offset) / M", "- offset - d) / M"),
-    ("dv =", 'dd = "0"\ndv ='),
-)  # a force that wanders, beside a walk of the velocity a third as large
 
 
 def least_squares(u, position, dt=1e-3, cutoff=50.0) -> None:
@@ -37,41 +27,17 @@ def least_squares(u, position, dt=1e-3, cutoff=50.0) -> None:
 
 
 def carriage(where: Path) -> None:
-    """Print viscous friction by several ways."""
+    """Print mass and viscous friction of positions that are taken more and less densely."""
     table = physical.columns(where / "emps_train.csv")
-    u, position, t = (np.asarray(table[name], float) for name in ("u_V", "position_m", "t_s"))
-    least_squares(u, position)
-    wandering = physical.CARRIAGE
-    for old, new in FORCE:
-        wandering = wandering.replace(old, new)
-    for words, text, walk, method in (
-        ("a walk three times smaller", physical.CARRIAGE, WALK / 10**0.5, "joint"),
-        ("the likeliest walk", physical.CARRIAGE, WALK, "joint"),
-        ("the same, exact gradient", physical.CARRIAGE, WALK, "rpem"),
-        ("a walk three times larger", physical.CARRIAGE, WALK * 10**0.5, "joint"),
-        ("a force that wanders", wandering, WALK / 10**0.5, "joint"),
-    ):
-        est = dw.GreyBox(text.replace("WALK", f"{walk:.2g}"), method=method)
-        trace = est.scan(position, u, time=t)
-        at = est.names.index("Fv")
-        Fv, bar = trace.parameters[-1, at], trace.parameters_std[-1, at]
-        print(f"{words}: Fv {Fv:.1f} +- {bar:.1f}, log likelihood {est.loglik(trace.state):.0f}")
-
-
-def cell(where: Path) -> None:
-    """Print how much likelier the batch fit's values are than those on-line, of the whole record."""
-    t, u, y = physical.leaf(where)
-    found = physical.beside(physical.CELL, t, u, y)
-    est, state = found.trace.estimator, found.trace.state
-    scale, walk = float(np.sqrt(est.sigma2(state))), est.formulas.states[1].walk
-    plant = physical.batch("cell", scale * walk, scale * float(state["noise"][0]))
-    values = {name: np.array([found.ours[name][0], found.batch.values[name]]) for name in found.ours}
-    z = [1.96 * np.log(values[name] / middle) / np.log(width) for name, (middle, width) in plant.starts.items()]
-    e, S = innovations(plant, np.column_stack(z), t, u, y)
-    ours, batch = -0.5 * np.nansum(e**2 / S + np.log(2 * np.pi * S), axis=0)
-    print(f"cell: the batch fit is likelier by {batch - ours:.0f}")
+    least_squares(*(np.asarray(table[name], float) for name in ("u_V", "position_m")))
+    for every in (1, 5, physical.EVERY, 30):
+        both = physical.driven(where, every)
+        e = both.batch.innovations
+        told = ", ".join(f"{n} {both.ours[n][0]:.2f} +- {both.ours[n][1]:.2f}" for n in ("M", "Fv", "Fc"))
+        beside = ", ".join(f"{both.batch.values[n]:.2f}" for n in ("M", "Fv", "Fc"))
+        neighbours = [round(float(e[k:] @ e[:-k] / (e @ e)), 2) for k in range(1, 8)]
+        print(f"one in {every}: {told}; batch {beside}, correlations of its innovations {neighbours}", flush=True)
 
 
 if __name__ == "__main__":
     carriage(Path(sys.argv[1]))
-    cell(Path(sys.argv[1]))

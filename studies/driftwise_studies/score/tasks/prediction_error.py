@@ -3,6 +3,10 @@
 For plants x' = A x + b(u) + w, y = C x + D u + v, given by functions of named parameters, at any instants. Minus twice
 the log likelihood is the sum of e^2/S + log S; both are squares of residuals, so that least squares finds its minimum
 (Ljung 1999, section 7.4). Slopes are central differences, all in one pass. Nothing here is the package's.
+
+Bars are those of residuals as they are: the covariance of the scores is summed over lags (Newey and West, 1987) up to
+1.3 sqrt(T), as Lazarus, Lewis, Stock and Watson (2018, "HAR inference: recommendations for practice", Journal of
+Business and Economic Statistics 36, 541-559) have it, and never below that of white residuals.
 """
 
 from __future__ import annotations
@@ -16,6 +20,7 @@ from scipy.optimize import least_squares
 from ..plants.simulation import exponential
 
 STEP, SHIFT = 1e-5, 60.0  # of differences, in deviations; what makes every log S + SHIFT positive
+LAGS = 1.3  # times sqrt(T): lags over which scores are summed
 
 
 class Linear(NamedTuple):
@@ -34,6 +39,7 @@ class Found(NamedTuple):
 
     values: dict[str, float]
     bars: dict[str, float]  # standard deviations, in the same units
+    white: dict[str, float]  # the same, were residuals white
     loglik: float
     innovations: np.ndarray  # over their deviations
 
@@ -96,6 +102,22 @@ def _step(A, b, g, W, dt):
     return F, E[:, :n, n], E[:, :n, n + 1], F @ V[:, :n, n : 2 * n]
 
 
+def deviations(slopes, residuals, samples: int):
+    """Return standard deviations of a least-squares fit, and what they were if its residuals were white.
+
+    Rows come in blocks of so many samples; behind them may stand those of what was believed beforehand.
+    """
+    blocks = len(slopes) // samples * samples
+    g = (slopes * residuals[:, None])[:blocks].reshape(-1, samples, slopes.shape[1]).sum(axis=0)
+    prior, P = slopes[blocks:], np.linalg.inv(slopes.T @ slopes)
+    J, lags = g.T @ g + prior.T @ prior, int(LAGS * np.sqrt(samples))
+    for lag in range(1, lags):
+        G = g[lag:].T @ g[:-lag]
+        J += (1 - lag / lags) * (G + G.T)
+    white = np.sqrt(np.diag(P))
+    return np.maximum(np.sqrt(np.diag(P @ J @ P)), white), white
+
+
 def fit(plant: Linear, t, u, y, tries: int = 1, seed: int = 0) -> Found:
     """Return the best of several fits: from the middle of what is believed, and from points that are drawn of it."""
     m = len(plant.starts)
@@ -122,13 +144,22 @@ def fit(plant: Linear, t, u, y, tries: int = 1, seed: int = 0) -> Found:
         for z in starts
     ]
     best = min(ended, key=lambda r: r.cost)
-    bars = np.sqrt(np.diag(np.linalg.inv(best.jac.T @ best.jac)))
-    ends = [values_of(plant, best.x + way * bars) for way in (-1, 1)]
-    names, there = list(plant.starts), np.isfinite(y)
+    there = np.isfinite(y)
     count = int(there.sum())
+    bars, white = (
+        {name: float(abs(b[0] - a[0]) / 2) for name, a, b in _both_ends(plant, best.x, std)}
+        for std in deviations(best.jac, best.fun, count)
+    )
     return Found(
         {name: float(v[0]) for name, v in values_of(plant, best.x).items()},
-        {name: float(abs(ends[1][name][0] - ends[0][name][0]) / 2) for name in names},
+        bars,
+        white,
         float(-best.cost + 0.5 * np.sum(best.x**2) + 0.5 * SHIFT * count - 0.5 * count * np.log(2 * np.pi)),
         best.fun[:count],
     )  # fmt: skip
+
+
+def _both_ends(plant: Linear, z, std):
+    """Yield each unknown's name and its values a deviation to either side."""
+    low, high = (values_of(plant, z + way * std) for way in (-1, 1))
+    yield from ((name, low[name], high[name]) for name in plant.starts)
