@@ -110,6 +110,16 @@ def test_delays_of_more_than_forty_samples_are_found():
     assert abs(seen.nk[0] - 4) <= 1 and abs(seen.nk[1] - 55) <= 1
 
 
+def test_a_start_that_is_over_before_a_long_delay_leaves_gains_their_bars():
+    """Two numbers of it looked alike by then, and no gain was told any more."""
+    u, B = inputs(4), np.poly([0.9, 0.1])
+    y = lfilter(np.append(np.zeros(60), 3.0 * B.sum()), B, u[:, 0]) + noise(6, size=0.1)
+    found = hindsight(y, u)
+    effect = of_response(found).of[0]
+    assert found.response.nk[0] >= 58 and np.isfinite(found.response.covariance()).all()
+    assert abs(effect.gain - 3.0) < 0.05 and 0 < effect.std < 0.05
+
+
 def test_outliers_are_left_out_where_that_is_likelier():
     u = inputs(2)
     first = orders(plainest(recorded(clean(u) + noise(), u)[0]))[1]

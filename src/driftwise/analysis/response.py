@@ -371,9 +371,12 @@ class Response:
     def covariance(self) -> np.ndarray:
         """Return the covariance of theta: of white noise or, in each direction, of scores as they were, if larger."""
         J, size = self.jacobian()
+        kept = np.setdiff1d(np.arange(len(size)), self.over(J))
+        J, size = J[:, kept], size[kept]
         Q, R = np.linalg.qr(J)
+        found = np.zeros((len(self.theta),) * 2)
         if np.any(abs(np.diag(R)) < 1e-9):
-            return np.full((len(size), len(size)), np.inf)
+            return np.full(found.shape, np.inf)
         inverse = np.linalg.solve(R, np.eye(len(R))) / size[:, None]
         r = self.left * self.weight
         scores = Q * r[:, None]
@@ -384,7 +387,17 @@ class Response:
             S += (1 - j / (many + 1)) * (cross + cross.T)
         value, vector = np.linalg.eigh(S)
         free = len(r) / max(len(r) - len(size) - len(self.f), 1)
-        return inverse @ (vector * (free * np.maximum(value, np.mean(r**2)))) @ vector.T @ inverse.T
+        own = inverse @ (vector * (free * np.maximum(value, np.mean(r**2)))) @ vector.T @ inverse.T
+        found[np.ix_(kept, kept)] = own
+        return found
+
+    def over(self, J) -> np.ndarray:
+        """Return which parameters of the start are over before the first row of J (rows, P): after a long delay."""
+        first = len(self.a) + self.b.size
+        start = first + np.arange(len(self.more))[self.placed()["start"]]
+        order = np.concatenate([np.setdiff1d(np.arange(J.shape[1]), start), start])
+        dead = order[abs(np.diag(np.linalg.qr(J[:, order], mode="r"))) < 1e-9]
+        return np.intersect1d(dead, start)
 
     def endless(self, covariance) -> list[bool]:
         """Say of each input whether its answer may never end, as far as the record tells: it has no gain, then."""
