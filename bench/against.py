@@ -1,6 +1,7 @@
 """Today's package beside that of a former commit of this repository: the same calls in turn, CPU time.
 
     python -m bench.against 93280d87 [WORD ..]     # only calls that have one of the words in their name
+    python -m bench.against 93280d87..a8b282a0     # the package of the second commit instead of today's
 
 Each package runs in a process of its own; what follows is from medians of pairs. Exit code: how many calls take longer
 by more than a tenth. 93280d87 is the last commit before the package got its floors (docs/decisions/house.md).
@@ -95,15 +96,23 @@ class Package:
         self.process.communicate()
 
 
-def main(commit: str, *words: str) -> int:
+def unpacked(commit: str, folder: Path) -> Path:
+    """Write the package of a commit below a folder; return where."""
+    packed = subprocess.run(["git", "-C", str(HERE), "archive", f"{commit}:src"], capture_output=True, check=True)
+    tarfile.open(fileobj=BytesIO(packed.stdout)).extractall(folder / commit, filter="data")
+    return folder / commit
+
+
+def main(commits: str, *words: str) -> int:
     """Print both times of each call and their ratio; return how many are slower by a tenth."""
     from .common_calls import calls
 
     slower = 0
-    with tempfile.TemporaryDirectory(prefix="driftwise-bench-") as folder:
-        packed = subprocess.run(["git", "-C", str(HERE), "archive", f"{commit}:src"], capture_output=True, check=True)
-        tarfile.open(fileobj=BytesIO(packed.stdout)).extractall(Path(folder, "src"), filter="data")
-        pair = Package(HERE / "src", Path(folder)), Package(Path(folder, "src"), Path(folder))
+    commit, _, other = commits.partition("..")
+    with tempfile.TemporaryDirectory(prefix="driftwise-bench-") as name:
+        folder = Path(name)
+        ours = unpacked(other, folder) if other else HERE / "src"
+        pair = Package(ours, folder), Package(unpacked(commit, folder), folder)
         for name in calls():
             if words and not any(word in name for word in words):
                 continue
@@ -113,10 +122,10 @@ def main(commit: str, *words: str) -> int:
                 continue
             rounds = ROUNDS if sum(map(float, first)) < 2 else 5
             seconds = np.array([[package(name) for package in pair] for _ in range(rounds)])
-            ratio, (ours, theirs) = np.median(seconds[:, 0] / seconds[:, 1]), 1e3 * np.median(seconds, axis=0)
+            ratio, (now, then) = np.median(seconds[:, 0] / seconds[:, 1]), 1e3 * np.median(seconds, axis=0)
             slower += bool(ratio > SLOWER)
             mark = "  slower" if ratio > SLOWER else ""
-            print(f"{name:48} {ours:10.3f} ms, was {theirs:10.3f} ms: {ratio:6.3f}{mark}", flush=True)
+            print(f"{name:48} {now:10.3f} ms, was {then:10.3f} ms: {ratio:6.3f}{mark}", flush=True)
     print(f"\n{slower} slower than {commit} by more than a tenth")
     return slower
 
