@@ -354,10 +354,14 @@ class Response:
     # --- what is known -------------------------------------------------------------------------------------------
 
     @property
+    def measured(self) -> int:
+        """How many outputs there are, the outliers among them."""
+        return int(np.isfinite(self.record.y).sum())
+
+    @property
     def criterion(self) -> float:
         """Schwarz's: less is better, of responses of one record; an outlier counts as a sample at that distance."""
-        measured = int(np.isfinite(self.record.y).sum())
-        s = self.sigma[self.rows]
+        s, measured = self.sigma[self.rows], self.measured
         misfit = 2 * float(np.mean(np.log(s))) + 2 * self.loss() / max(len(self.rows), 1)
         misfit += (measured - int(self.used.sum())) / measured * (2 * HUBER * FAR - HUBER**2)
         return measured * misfit + (len(self.theta) + len(self.f)) * math.log(measured)
@@ -366,7 +370,7 @@ class Response:
     def dated_criterion(self) -> float:
         """The criterion with the dates of changes, which cost twice a number each (Zhang and Siegmund, 2007)."""
         dates = len(self.levels) + len(self.gains)
-        return self.criterion + 2 * dates * math.log(int(np.isfinite(self.record.y).sum()))
+        return self.criterion + 2 * dates * math.log(self.measured)
 
     def covariance(self) -> np.ndarray:
         """Return the covariance of theta: of white noise or, in each direction, of scores as they were, if larger."""

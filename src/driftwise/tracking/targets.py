@@ -172,9 +172,11 @@ class Targets:
             return None
         near = self.places.within_reach(track.last, self.rules.fastest)
         unseen = [t for t in near if t.status != TENTATIVE and t.last.time < track.last.time and not self._has_key(t)]
-        distance, id = min(((self._miss(t, track.last)[0], t.id) for t in unseen), default=(math.inf, 0))
-        old = self.live.get(id)
-        is_near = distance <= (GATES * self.rules.gate) ** 2 or (old and miss(old, track.last) <= old.allowance)
+        old = min(unseen, key=lambda t: (self._miss(t, track.last)[0], t.id), default=None)
+        if old is None:
+            return None
+        distance = self._miss(old, track.last)[0]
+        is_near = distance <= (GATES * self.rules.gate) ** 2 or miss(old, track.last) <= old.allowance
         return old if is_near else None
 
     def _since(self, track: Live, time: float) -> list[Plot]:
