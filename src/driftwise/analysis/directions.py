@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..engine.holding import held
 from ..results.numbers import listed
 from ..tables.autoread import Segments, recognised
 from ..tables.cleaning import judged
@@ -99,7 +100,7 @@ def answering(columns: dict[str, Any], name: str) -> Explained:
     It has few numbers and needs no output that follows another, where `explained` has many and needs whole rows.
     """
     y = np.asarray(columns[name], float)[:FITTED]
-    others = [_held(np.asarray(column, float)[:FITTED]) for other, column in columns.items() if other != name]
+    others = [held(np.asarray(column, float)[:FITTED]) for other, column in columns.items() if other != name]
     u = np.column_stack([np.concatenate([column[:1], column[:-1]]) for column in others])
     if not np.isfinite(u).any(axis=0).all() or not np.isfinite(y).any():
         return NOTHING
@@ -119,12 +120,6 @@ def _missed(response: Response) -> float:
     """Return the mean square of a response's errors one step ahead, of all that was measured."""
     whole = replace(response, used=np.isfinite(response.record.y), sigma=np.ones(len(response.sigma)), cache={})
     return float(np.mean(whole.left**2)) if len(whole.rows) else math.inf
-
-
-def _held(column) -> np.ndarray:
-    """Return a column that keeps its last value where it is missing: a line to the next would know what comes."""
-    last = np.maximum.accumulate(np.where(np.isfinite(column), np.arange(len(column)), 0))
-    return column[last]
 
 
 def settled(table: OpenTable, output=None, inputs=None, time=None, dt=None) -> Table:

@@ -172,13 +172,13 @@ def running_mean(values, width: int):
     """Return the mean of the last ``width`` values that are there, NaN until so many came."""
     import numpy as np
 
+    from driftwise.engine.holding import held
+
     found, seen = np.full(len(values), np.nan), np.flatnonzero(np.isfinite(values))
     if len(seen) >= width:
         total = np.cumsum(np.concatenate(([0.0], values[seen])))
         found[seen[width - 1 :]] = (total[width:] - total[:-width]) / width
-        last = np.maximum.accumulate(np.where(np.isfinite(found), np.arange(len(found)), 0))
-        found = found[last]  # a scan that was missed leaves it as it is
-    return found
+    return held(found)  # a scan that was missed leaves it as it is
 
 
 def _columns(track, most: int) -> dict:

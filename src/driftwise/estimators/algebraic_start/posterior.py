@@ -10,6 +10,7 @@ from scipy.signal import lfilter
 from scipy.special import chdtri
 
 from ...engine.errors import InputError
+from ...engine.holding import held
 from ...models.canonical import Canonical
 from ...models.noise import Coloured, Sensor, White
 from .discrete import canonical, slopes
@@ -75,10 +76,8 @@ def posterior(task: Task, y, u, prior_mean, prior_root) -> Start | None:
 
 def _filled(u) -> np.ndarray:
     """Return inputs with each missing one held at the last known (the first known, before that; else zero)."""
-    known = np.isfinite(u)
-    last = np.maximum.accumulate(np.where(known, np.arange(len(u))[:, None], -1), axis=0)
-    at = np.where(last < 0, known.argmax(axis=0), last)
-    return np.nan_to_num(np.take_along_axis(u, at, axis=0), nan=0.0, posinf=0.0, neginf=0.0)
+    first = u[np.isfinite(u).argmax(axis=0), range(u.shape[1])]
+    return np.nan_to_num(held(u, first), nan=0.0, posinf=0.0, neginf=0.0)
 
 
 def _lift(task, found: Found, moving, still, u) -> np.ndarray:

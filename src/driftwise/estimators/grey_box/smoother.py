@@ -14,6 +14,7 @@ import numpy as np
 
 from ...engine import compile, ud
 from ...engine.errors import InputError
+from ...engine.holding import held
 from ...engine.status import BAD_VALUE, MISSING_OUTPUT, REJECTED, UNDEFINED
 from ...memory.constant import Constant
 from ...memory.random_walk import RandomWalk
@@ -43,7 +44,8 @@ def smooth(est, trace, begun, keep: str) -> tuple[np.ndarray, float]:
     Parameters are transformed; covariances are what they are for white residuals.
     """
     N, s2 = est.model.N, float(est.sigma2(trace.state))
-    walks, u, (s0, P0) = _walks(est, trace), _held(est, trace, begun), _prior(est, trace, begun)
+    walks, (s0, P0) = _walks(est, trace), _prior(est, trace, begun)
+    u = held(np.asarray(trace.u, float).reshape(len(trace), est.model.inputs), begun["held"])
     y = np.where(trace.status & (MISSING_OUTPUT | REJECTED | BAD_VALUE | UNDEFINED), np.nan, trace.y).reshape(
         len(u), -1
     )
@@ -91,8 +93,8 @@ def _is_number(est, found) -> bool:
 def _refusal(est, path, u) -> str:
     """Return why a record cannot be looked back at."""
     values = to_units(est.formulas.free, path[:, est.model.n :])[0]
-    for t, (x, held, own) in enumerate(zip(path[:, : est.model.n], u, values)):
-        if said := undefined(est.formulas, x, held, own):
+    for t, (x, inputs, own) in enumerate(zip(path[:, : est.model.n], u, values)):
+        if said := undefined(est.formulas, x, inputs, own):
             return f"sample {t} cannot be looked back at: {said}"
     return "the record cannot be looked back at: where the filter ends, the plant's steps give no numbers"
 
@@ -117,15 +119,6 @@ def _walks(est, trace) -> np.ndarray:
 
 def _jumps(est, trace) -> list[tuple[int, str | None]]:
     return [(int(one.since), one.parameter) for one in trace.jumps()] if est.jumping else []
-
-
-def _held(est, trace, begun) -> np.ndarray:
-    """Return the inputs (T, k), the last known one where one is missing."""
-    u = np.array(trace.u, float).reshape(len(trace), est.model.inputs)
-    before = np.array(begun["held"])
-    for row in u:
-        row[:] = before = np.where(np.isfinite(row), row, before)
-    return u
 
 
 def _prior(est, trace, begun) -> tuple[np.ndarray, np.ndarray]:
