@@ -8,8 +8,8 @@ from scipy.signal import lfilter
 
 from driftwise.analysis.change_places import colourless
 from driftwise.analysis.change_search import lines
-from driftwise.analysis.effects import is_borne_out, of_response
-from driftwise.analysis.response_orders import begin, cleaned, orders, plainest
+from driftwise.analysis.effects import deviations, is_borne_out, of_response
+from driftwise.analysis.response_orders import begin, cleaned, fitted, orders, plainest, raised, stripped
 from driftwise.analysis.response_record import recorded
 from driftwise.analysis.segmentation import GAIN, LEVEL, hindsight
 
@@ -134,3 +134,20 @@ def test_a_swing_is_told_where_one_order_more_swings_as_well():
     swing = of_response(seen).swing
     assert swing.period == pytest.approx(2 * np.pi / 0.3, rel=0.05)
     assert not is_borne_out(seen.response, swing._replace(period=1.3 * swing.period))
+
+
+def test_draws_have_the_covariance_that_is_asked_for_however_small_a_part_of_it():
+    """A pole known to 1e-9 beside a start that nobody knows; whichever way eigenvectors point."""
+    size = np.array([1e-9, 3e-9, 1e9])
+    P = np.array([[1.0, 0.6, 0.3], [0.6, 1.0, 0.0], [0.3, 0.0, 1.0]]) * size * size[:, None]
+    draws = deviations(P, 4000) / size
+    np.testing.assert_allclose(draws.T @ draws / 4000, P / size / size[:, None], atol=0.06)
+
+
+def test_an_order_that_was_fitted_already_is_what_fitting_it_again_gives():
+    u = inputs()
+    y = clean(u) + noise()
+    found = orders(plainest(recorded(y, u)[0]))
+    again = fitted(stripped(found[0]), (stripped(found[0]), found[0]), 2, 2)
+    assert raised(found[0]) is found[1]
+    np.testing.assert_array_equal(again.theta, found[1].theta)

@@ -7,7 +7,7 @@ from driftwise_studies.score.claims.simulation import record
 from scipy.signal import lfilter
 
 from driftwise.analysis.change_log import ChangeLog, moved
-from driftwise.analysis.change_places import share
+from driftwise.analysis.change_places import effects, scanned, share
 from driftwise.analysis.segmentation import GAIN, LEVEL, NOISE, Jump, hindsight
 
 
@@ -160,3 +160,17 @@ def test_what_jumped_while_nothing_was_measured_is_dated_between():
     y[280:330] = np.nan
     (jump,) = found(y, u)
     assert (jump.kind, jump.at) == (LEVEL, 305) and jump.interval[0] <= 280 and jump.interval[1] >= 330
+
+
+@pytest.mark.parametrize("kind, colour", [(LEVEL, 0.0), (LEVEL, 0.8), (GAIN, 0.0), (GAIN, 0.8)])
+def test_what_a_change_takes_is_that_of_least_squares_with_it_at_every_place(kind, colour):
+    y, u = plant(seed=2, samples=300, colour=colour, level=1.0, at=150)
+    y[[40, 41, 200]] = np.nan
+    now = hindsight(y, u).response.without("levels", 0).refined()
+    r, places = now.left * now.weight, np.array([35, 100, 149, 150, 151, 260])
+    expected = []
+    for k in range(len(places)):
+        d = np.array([one[k] for one in effects(now, kind, 0, places)]).T * now.weight[:, None]
+        left = [np.linalg.lstsq(X, r, rcond=None)[1].item() for X in (now.basis, np.hstack([now.basis, d]))]
+        expected.append((left[0] - left[1]) / 2)
+    np.testing.assert_allclose(scanned(now, kind, 0, places, r), expected, rtol=1e-7)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import driftwise as dw
-from driftwise.analysis.delays import DelayScan, longest_delay, shown_delays
+from driftwise.analysis.delays import DelayScan, lagged, lagged_products, longest_delay, shown_delays
 from driftwise.analysis.held_model import HeldModel
 from driftwise.analysis.residual_tests import feedback, is_computed
 from driftwise.engine.errors import InputError
@@ -190,6 +190,16 @@ def test_delays_of_several_inputs_are_found_together():
     for t in range(1, 2000):
         y[t] = 0.8 * y[t - 1] + x[t] + rng.standard_normal()
     assert DelayScan(y, u, 1, (1, 1), longest_delay(y)).best((1, 1), (0, 0)) == (6, 17)
+
+
+@pytest.mark.parametrize("missing", [0, 9, 200])
+def test_products_of_all_lags_are_those_of_the_samples_that_are_known(missing):
+    rng = np.random.default_rng(4)
+    x, y = rng.standard_normal(300), rng.standard_normal(300)
+    x[rng.choice(300, missing, replace=False)] = np.nan
+    X = np.hstack([lagged(x, range(3)), lagged(y, range(7))])
+    X = X[6:][np.isfinite(X[6:]).all(axis=1)]
+    np.testing.assert_allclose(lagged_products([x, y], [3, 7]), X.T @ X, atol=1e-11)
 
 
 @pytest.mark.parametrize("delay", [12, 37])

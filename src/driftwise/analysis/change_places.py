@@ -11,7 +11,7 @@ import numpy as np
 from ..models.filtering import linear_filter
 from .noise_jumps import LEAST
 from .response import Response
-from .response_record import long_run, long_run_of
+from .response_record import delayed, long_run, long_run_of
 
 APART = 10  # samples between two changes
 PLACES, NEAR = 64, 64  # at which a change is looked for, and about the likeliest of them
@@ -55,20 +55,66 @@ def later(now: Response, response, places) -> np.ndarray:
 
 
 def scanned(now: Response, kind: str, i: int, places, r) -> np.ndarray:
-    """Return what a change at each place takes off half the squares of ``r``, (places,), beside all else."""
-    Q, level, taken = now.basis, None, np.zeros(len(places))
-    for d in reversed(effects(now, kind, i, places)):
-        d *= now.weight
-        c = d @ Q  # what all else can do of it
-        free, product = np.einsum("ij,ij->i", d, d) - np.einsum("ij,ij->i", c, c), d @ r - c @ (Q.T @ r)
-        if level is not None:  # a gain beside the level that moves with it
-            own, own_c, own_free, own_product = level
-            shared = np.einsum("ij,ij->i", d, own) - np.einsum("ij,ij->i", c, own_c)
-            size = share(shared, own_free, d.shape[1])
-            free, product = free - size * shared, product - size * own_product
-        taken += 0.5 * share(product, free, d.shape[1]) * product
-        level = d, c, free, product
+    """Return what a change at each place takes off half the squares of ``r``, (places,), beside all else.
+
+    It is a response that begins there, `effects`: its product with a signal, for each place, is that signal filtered by
+    it from the end of the record on.
+    """
+    T, n, Q, F, A = len(now.used), len(now.rows), now.basis, np.append(1.0, now.f), np.ones(1)
+    size, targets = np.zeros(T), np.zeros((T, 1 + Q.shape[1]))
+    size[now.rows] = now.weight / now.sigma[now.rows]
+    targets[now.rows] = size[now.rows, None] * np.column_stack([r, Q])
+    if kind == GAIN:
+        A = now.denominator
+    steps, inside = np.convolve(A, [1.0, -1.0]), Q.T @ r
+    step, power = linear_filter(F, steps, np.eye(1, T)[0]), size * size
+    d = backwards(F, steps, targets)[places]
+    free = np.array([step[: T - p] ** 2 @ power[p:] for p in places]) - np.einsum("ij,ij->i", d[:, 1:], d[:, 1:])
+    product = d[:, 0] - d[:, 1:] @ inside
+    taken = 0.5 * share(product, free, n) * product
+    if kind == GAIN:  # beside the level that moves with it
+        own, own_squares, shared = driven_from(now, i, places, targets, power, step)
+        own_free = own_squares - np.einsum("ij,ij->i", own[:, 1:], own[:, 1:])
+        own_product = own[:, 0] - own[:, 1:] @ inside
+        shared = shared - np.einsum("ij,ij->i", own[:, 1:], d[:, 1:])
+        part = share(shared, free, n)
+        own_free, own_product = own_free - part * shared, own_product - part * product
+        taken = taken + 0.5 * share(own_product, own_free, n) * own_product
     return taken
+
+
+def backwards(b, a, x) -> np.ndarray:
+    """Return the sum over t of x(t) h(t - p) for each p, h the impulse response of b/a."""
+    return linear_filter(b, a, x[::-1])[::-1]
+
+
+def driven_from(now: Response, i: int, places, targets, power, step) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the products of what an input does from each place on with targets (T, m), itself, and steps from there.
+
+    What it does from p on is y, what it does in all, less what goes on of all before p: some impulses at p, p + 1, ..
+    through 1/A. ``power`` (T,) weighs squares.
+    """
+    T, F, A, x = len(now.used), np.append(1.0, now.f), now.denominator, now.driven(i, now.moved(i))
+    y, many = linear_filter(F, A, x), max(len(F), len(A)) - 1
+    before = np.arange(1, many + 1)
+    past = [np.where(places[:, None] >= before, one[places[:, None] - before], 0.0) for one in (y, x)]
+    q = np.zeros((len(places), many))
+    for lag in range(many):
+        for coefficients, signal in ((A, past[0]), (-F, past[1])):
+            rest = coefficients[lag + 1 :]
+            q[:, lag] -= signal[:, : len(rest)] @ rest
+    impulse = linear_filter([1.0], A, np.eye(1, T)[0])
+    at = places[:, None] + np.arange(many)
+    on = backwards([1.0], A, np.column_stack([targets, power * y]))
+    on = np.append(on, np.zeros((many, on.shape[1])), axis=0)[at]
+    whole = np.cumsum(np.column_stack([targets * y[:, None], power * y * y])[::-1], axis=0)[::-1][places]
+    products, squares = whole[:, :-1] - np.einsum("pl,plm->pm", q, on[:, :, :-1]), whole[:, -1]
+    shared = backwards(F, np.convolve(A, [1.0, -1.0]), power * y)[places]
+    lasts = min(np.flatnonzero(abs(impulse) > 1e-20 * abs(impulse).max())[-1] + many + 1, T)
+    tails = q @ np.array([delayed(impulse[:lasts], lag) for lag in range(many)]).reshape(many, lasts)
+    weights = np.lib.stride_tricks.sliding_window_view(np.append(power, np.zeros(lasts)), lasts)[places]
+    squares = squares - 2 * np.einsum("pl,pl->p", q, on[:, :, -1]) + np.einsum("pt,pt,pt->p", tails, tails, weights)
+    return products, squares, shared - np.einsum("pt,pt->p", tails * step[:lasts], weights)
 
 
 def part_of(now: Response, kind: str, i: int, at: int, r) -> tuple[np.ndarray, np.ndarray]:

@@ -25,6 +25,50 @@ def lagged(x, lags) -> np.ndarray:
     return found
 
 
+def about_mean(x) -> np.ndarray:
+    """Return a signal about the mean of what is known of it."""
+    known = x[np.isfinite(x)]
+    return x - (known.mean() if known.size else 0.0)
+
+
+def lagged_products(signals, spans) -> np.ndarray:
+    """Return sums of products of signals at 0, 1, .. lags, ``spans`` of each, over the samples where all are known.
+
+    Sums over all samples follow from those of one lag less, but for the ends. Of these are taken what is not known in
+    full; or, where that is most, the others are summed.
+    """
+    T, reach, many = len(signals[0]), max(spans), sum(spans)
+    if T < reach:
+        return np.zeros((many, many))
+    gaps = [(~np.isfinite(x), span) for x, span in zip(signals, spans)]
+    out = [sliding_window_view(gap, span)[reach - span :].any(axis=1) for gap, span in gaps if gap.any()]
+    unknown = np.logical_or.reduce([np.zeros(T - reach + 1, bool), *out])
+    signals = [np.where(gap, 0.0, x) for x, (gap, _) in zip(signals, gaps)]
+    is_few = 2 * np.count_nonzero(unknown) < len(unknown)
+    rows = np.flatnonzero(unknown == is_few)
+    views = [sliding_window_view(x, span)[reach - span :, ::-1] for x, span in zip(signals, spans)]
+    X = np.hstack([view[rows] for view in views])
+    return _all_products(signals, spans) - X.T @ X if is_few else X.T @ X
+
+
+def _all_products(signals, spans) -> np.ndarray:
+    """Return the same over all samples: G(a + 1, b + 1) is G(a, b), the sample before the first for the last."""
+    reach = max(spans)
+    latest = [x[reach - span :] for x, span in zip(signals, spans)]
+    before = [x[: span - 1][::-1] for x, span in zip(latest, spans)]
+    after = [x[:-span:-1] for x, span in zip(latest, spans)]
+    found: list[list] = [[None] * len(spans) for _ in spans]
+    for i, j in zip(*np.tril_indices(len(spans))):
+        G = np.empty((spans[i], spans[j]))
+        G[0] = np.correlate(latest[j], latest[i][spans[i] - 1 :])[::-1]
+        G[:, 0] = np.correlate(latest[i], latest[j][spans[j] - 1 :])[::-1]
+        ends = np.multiply.outer(before[i], before[j]) - np.multiply.outer(after[i], after[j])
+        for a in range(spans[i] - 1):
+            G[a + 1, 1:] = G[a, :-1] + ends[a]
+        found[i][j], found[j][i] = G, G.T
+    return np.block(found)
+
+
 class DelayScan:
     """Sums of squares that y = -a y.. + b u.. + offset leaves for any delay of any input, ``most`` samples at most.
 
@@ -46,29 +90,15 @@ class DelayScan:
     def __init__(self, y, u, na: int, nb, most: int):
         self.na, self.nb, self.most = na, tuple(nb), most
         self.deep = most + max(self.nb)
-        X = self._table(y[:ROWS], u[:ROWS])
-        self.rows = len(X)
-        if self.rows:
-            X -= X.mean(axis=0)
-        size = np.sqrt(np.einsum("ij,ij->j", X, X))
-        X /= np.where(size > 0, size, 1.0)
+        signals = [np.ones(min(len(y), ROWS)), *(about_mean(x[:ROWS]) for x in (y, *u.T))]
+        products = lagged_products(signals, [1, na + 1, *(self.deep for _ in self.nb)])
+        products = np.roll(products, -2, axis=(0, 1))  # past outputs, past inputs of every lag, one, and the output
+        self.rows, sums = int(products[-2, -2]), products[-2]
+        products = np.delete(np.delete(products - sums[:, None] * sums / max(self.rows, 1), -2, axis=0), -2, axis=1)
+        size = np.sqrt(np.maximum(np.diag(products), 0.0))
         self.scale = float(size[-1]) ** 2
-        self.products = X.T @ X
-
-    def _table(self, y, u) -> np.ndarray:
-        """Return past outputs, past inputs of every lag, and the output, where all of them are known."""
-        spans = [(y, self.na + 1), *((x, self.deep) for x in u.T)]
-        first = max(span for _, span in spans) - 1
-        if len(y) <= first:
-            return np.zeros((0, self.na + u.shape[1] * self.deep + 1))
-        views = [sliding_window_view(x, span)[first + 1 - span :, ::-1] for x, span in spans]
-        known = [sliding_window_view(np.isfinite(x), span)[first + 1 - span :].all(axis=1) for x, span in spans]
-        rows = np.flatnonzero(np.logical_and.reduce(known))
-        X = np.empty((len(rows), self.na + u.shape[1] * self.deep + 1))
-        X[:, : self.na], X[:, -1] = views[0][rows, 1:], views[0][rows, 0]
-        for i, view in enumerate(views[1:]):
-            X[:, self.na + i * self.deep : self.na + (i + 1) * self.deep] = view[rows]
-        return X
+        size = np.where(size > 0, size, 1.0)
+        self.products = products / size / size[:, None]
 
     @property
     def unknowns(self) -> int:

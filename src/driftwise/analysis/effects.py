@@ -12,7 +12,7 @@ from ..results.stable import is_endless, swings
 from .response import Response
 from .response_orders import raised
 from .segmentation import Hindsight
-from .step_response import DRAWS, StepResponse, answers, step_responses
+from .step_response import DRAWS, StepResponse, answers, poles, step_responses
 
 SEED = 0  # of the draws of parameters
 BENT, CLEAR = 1.2, 1.5  # of the largest slope over the least: below is straight, above matters
@@ -88,8 +88,8 @@ def of_model(model, inputs: int, count: int) -> Effects:
         for gain, std, (low, high), step in zip(model.dc_gain, model.dc_gain_std, ends, steps)
     ]
     whole = getattr(model, "common", model)
-    drawn = [whole.form.polynomials(theta)[0] for theta in (whole.values, *whole.samples[:DRAWS])]
-    return Effects(tuple(found), swing([np.roots(a) for a in drawn]))
+    drawn = whole.form.polynomials(np.vstack([whole.values, whole.samples[:DRAWS]]))[0]
+    return Effects(tuple(found), swing(poles(drawn)))
 
 
 def of_response(found: Hindsight) -> Effects:
@@ -102,11 +102,10 @@ def of_response(found: Hindsight) -> Effects:
     if not np.isfinite(P).all():
         return Effects((UNKNOWN,) * k, None, error, True)
     endless = now.endless(P)
-    value, vector = np.linalg.eigh(P)
-    root = vector * np.sqrt(np.maximum(value, 0.0))
-    draws = now.theta + np.random.default_rng(SEED).standard_normal((DRAWS, len(P))) @ root.T
-    drawn = [parts(now, theta) for theta in (now.theta, *draws)]
-    steps = answers(drawn)
+    own = len(now.a) + now.b.size
+    drawn = now.theta[:own] + np.vstack([np.zeros(own), deviations(P[:own, :own], DRAWS)])
+    a, b = polynomials(now, drawn)
+    steps = answers(a, b)
     gains = []
     for i in range(k):
         if endless[i]:
@@ -126,7 +125,7 @@ def of_response(found: Hindsight) -> Effects:
                 may_bend(now, i),
             )
         )
-    period = swing([np.roots(a) for a, _ in drawn])
+    period = swing(poles(a))
     if period is not None and not is_borne_out(now, period):
         period = None
     return Effects(tuple(gains), period, error, True, any(endless))
@@ -153,13 +152,24 @@ def swing(drawn) -> Swing | None:
     return Swing(periods[0], -1 / math.log(abs(pairs[0])), (float(min(low, periods[0])), float(max(high, periods[0]))))
 
 
-def parts(now: Response, theta) -> tuple[np.ndarray, np.ndarray]:
-    """Return A and B of each input with its delay, (k, lags), of parameters in the order of a response."""
+def deviations(P, many: int) -> np.ndarray:
+    """Return draws (many, N) of a normal law with covariance P, by its symmetric root in units of the deviations.
+
+    Eigenvectors have no sign, and a small variance beside a large one no digits: what is drawn depends on neither.
+    """
+    size = np.sqrt(np.maximum(np.diag(P), 1e-300))
+    value, vector = np.linalg.eigh(P / size / size[:, None])
+    root = (vector * np.sqrt(np.maximum(value, 0.0))) @ vector.T
+    return np.random.default_rng(SEED).standard_normal((many, len(P))) @ root * size
+
+
+def polynomials(now: Response, theta) -> tuple[np.ndarray, np.ndarray]:
+    """Return A (S, n + 1) and B of each input with its delay, (S, k, lags), of the first parameters of a response."""
     n, (k, m) = len(now.a), now.b.shape
-    found = np.zeros((k, max(now.nk) + m))
-    for row, lag, b in zip(found, now.nk, theta[n : n + k * m].reshape(k, m)):
-        row[lag : lag + m] = b
-    return np.append(1.0, theta[:n]), found
+    b = np.zeros((len(theta), k, max(now.nk) + m))
+    for i, lag in enumerate(now.nk):
+        b[:, i, lag : lag + m] = theta[:, n + i * m : n + (i + 1) * m]
+    return np.insert(theta[:, :n], 0, 1.0, axis=1), b
 
 
 def gain_of(now: Response, i: int) -> float:
@@ -187,13 +197,8 @@ def may_bend(now: Response, i: int) -> bool:
     P = other.covariance()[own, own]
     if not np.isfinite(P).all():
         return True
-    value, vector = np.linalg.eigh(P)
-    draws = (
-        np.random.default_rng(SEED).standard_normal((DRAWS // 4, len(shapes)))
-        @ (vector * np.sqrt(np.maximum(value, 0.0))).T
-    )
-    own_draws = other.theta[own] + draws
-    spreads = [ratio(slopes(now, i, now.record.u[:, i] + c @ shapes)) for c in own_draws]
+    draws = other.theta[own] + deviations(P, DRAWS // 4)
+    spreads = [ratio(slopes(now, i, now.record.u[:, i] + c @ shapes)) for c in draws]
     return float(np.quantile(spreads, 0.5)) > CLEAR
 
 

@@ -162,22 +162,26 @@ class Response:
         u = self.record.u[:, i]
         return u + self.bend(i) @ self.record.shapes[i] if i in self.bent else u
 
+    def before(self) -> list[np.ndarray]:
+        """Return what passes through 1/A for each number of B and of ``more`` up to the start, (T,) each."""
+        T, drives = len(self.record.y), self.drives
+        t = np.arange(T)
+        found = [
+            factor * delayed(w, d + j) for (w, _, factor), d in zip(drives, self.nk) for j in range(self.b.shape[1])
+        ]
+        found += [drives[i][2] * self.driven(i, shape) for i in self.bent for shape in self.record.shapes[i]]
+        found += [drives[i][1] * (t >= since) for i, since in self.gains]
+        found += [(t >= since).astype(float) for _, since in self.gains]
+        found += [drives[i][1] * (t / T - 1) for i in self.ramps]
+        return found + [np.eye(1, T, j)[0] for j in range(len(self.a))]
+
     def slopes(self) -> np.ndarray:
         """Return the mean's derivative by each parameter, (P, T), the mean itself in the last row."""
         if "slopes" in self.cache:
             return self.cache["slopes"]
-        T, A, drives = len(self.record.y), self.denominator, self.drives
-        t = np.arange(T)
-        before = [sum((factor * m for _, m, factor in drives), np.zeros(T))]
-        before += [
-            factor * delayed(w, d + j) for (w, _, factor), d in zip(drives, self.nk) for j in range(self.b.shape[1])
-        ]
-        before += [drives[i][2] * self.driven(i, shape) for i in self.bent for shape in self.record.shapes[i]]
-        before += [drives[i][1] * (t >= since) for i, since in self.gains]
-        before += [(t >= since).astype(float) for _, since in self.gains]
-        before += [drives[i][1] * (t / T - 1) for i in self.ramps]
-        before += [np.eye(1, T, j)[0] for j in range(len(self.a))]
-        after = linear_filter([1.0], A, np.array(before).T).T
+        T, A = len(self.record.y), self.denominator
+        whole = sum((factor * m for _, m, factor in self.drives), np.zeros(T))
+        after = linear_filter([1.0], A, np.array([whole, *self.before()]).T).T
         at, first = self.placed(), 1 + self.b.size
         inner = sum(self.more[at[part]] @ after[first + at[part].start : first + at[part].stop] for part in INNER)
         again, level = linear_filter([1.0], A, after[0] + inner), self.beside
@@ -221,9 +225,9 @@ class Response:
             self.cache["rows"] = np.flatnonzero(clear)
         return self.cache["rows"]
 
-    def whitened(self, x) -> np.ndarray:
-        """Return signals (.., T) at the rows that count, in deviations of white noise."""
-        return linear_filter(np.append(1.0, self.f), [1.0], x.T).T[..., self.rows] / self.sigma[self.rows]
+    def whitened(self, x, a=(1.0,)) -> np.ndarray:
+        """Return signals (.., T), through 1/a, at the rows that count, in deviations of white noise."""
+        return linear_filter(np.append(1.0, self.f), a, x.T).T[..., self.rows] / self.sigma[self.rows]
 
     @property
     def left(self) -> np.ndarray:

@@ -52,7 +52,10 @@ def orders(plain: Response, is_again: bool = False) -> list[Response]:
         if not is_enough(plain, n):
             break
         noises = (found[-1],) if found and is_again else (plain, *found[-1:])
-        found.append(fitted(plain, noises, n, lags(n)))
+        more = fitted(plain, noises, n, lags(n))
+        if len(noises) > 1:
+            found[-1].cache["raised"] = more
+        found.append(more)
     return found
 
 
@@ -68,6 +71,8 @@ def is_enough(plain: Response, n: int) -> bool:
 
 def raised(now: Response) -> Response | None:
     """Return the response of one order more with the same parts; None of the highest, or of too few outputs."""
+    if "raised" in now.cache:
+        return now.cache["raised"]
     plain, n = stripped(now), len(now.a) + 1
     if n not in ORDERS or not is_enough(plain, n):
         return None
@@ -117,18 +122,16 @@ def fitted(plain: Response, noises, n: int, m: int) -> Response:
 
 def begun(start: Response, poles, n: int, m: int) -> Response:
     """Return the response of order n that follows from the noise of another one and from poles to try."""
-    nk = start.nk
-    tried = [tried_at(start, some, nk, m) for some in poles]
-    _, a, nk = min(tried, key=lambda one: one[0])
+    found = min((tried_at(start, some, m) for some in poles), key=lambda one: one.loss())
     best: Response | None = None
     for _ in range(2):
-        now = linear(start, a, nk, m).refined(3).coloured().refined(3)
+        now = found.refined(3).coloured().refined(3)
         if best is None or now.criterion < best.criterion:
             best = now
         late = delays(now, now.a, now.nk, m)
-        if late == nk:
+        if late == found.nk:
             break
-        a, nk, start = now.a, late, now
+        found = linear(now, now.a, late, m)
     assert best is not None
     return best
 
@@ -185,13 +188,10 @@ def starts(last: Response | None, n: int) -> list[np.ndarray]:
     return found + [np.concatenate([real if len(real) else np.array([0.8]), p]) for p in pairs]
 
 
-def tried_at(start: Response, poles, nk, m: int) -> tuple[float, np.ndarray, tuple[int, ...]]:
-    """Return what the best response with such poles leaves, its A, and delays."""
+def tried_at(start: Response, poles, m: int) -> Response:
+    """Return the best response with such poles; its delays are looked for where ``start`` has no dynamics."""
     a = np.real(np.poly(poles))[1:]
-    if not len(start.a):
-        nk = delays(start, a, nk, m)
-    found = linear(start, a, nk, m)
-    return found.loss(), a, nk
+    return linear(start, a, start.nk if len(start.a) else delays(start, a, start.nk, m), m)
 
 
 def linear(start: Response, a, nk, m: int) -> Response:
@@ -199,37 +199,46 @@ def linear(start: Response, a, nk, m: int) -> Response:
 
     Bends, and gains that change, stay as they were.
     """
-    record, k, at = start.record, len(start.b), start.placed()
+    k, at = len(start.b), start.placed()
     more = np.insert(np.delete(start.more, at["start"]), at["start"].start, np.zeros(len(a)))
     found = replace(start, a=np.asarray(a), b=np.ones((k, m)), nk=tuple(nk), more=more, cache={})
-    size, at = found.b.size, found.placed()
-    free = np.concatenate([np.arange(size), size + np.arange(at["start"].start, len(more))])
-    X = found.whitened(found.slopes()[len(a) + free]).T
-    y = found.whitened(np.where(found.used, np.where(np.isfinite(record.y), record.y, 0.0), 0.0))
+    size, first, rows = found.b.size, found.placed()["start"].start, found.rows
+    y, level = whitened_before(start)
+    signals = found.before()
+    own = np.array([*signals[:size], *signals[size + first :]])
+    X = np.vstack([found.whitened(own, found.denominator), level[:, rows] / found.sigma[rows]]).T
+    y = y[rows] / found.sigma[rows]
     w: np.ndarray = np.ones(len(y))
-    value = np.zeros(len(free))
     for _ in range(2):
         value = least_squares(X * w[:, None], y * w)
         r = y - X @ value
         w = np.sqrt(np.minimum(1.0, HUBER * 1.4826 * float(np.median(abs(r))) / np.maximum(abs(r), 1e-300)))
-    theta = found.theta
-    theta[len(a) + free] = value
-    return found.at(theta)
+    now = found.at(np.concatenate([found.a, value[:size], found.more[:first], value[size:]]))
+    if not found.gains:  # what the level moved with one is in the mean, too
+        now.cache["left"] = r
+    return now
+
+
+def whitened_before(start: Response) -> tuple[np.ndarray, np.ndarray]:
+    """Return the outputs, zero where not used, and what moves their level, (m, T), filtered by the noise: for all A."""
+    if "before" not in start.cache:
+        signals = np.vstack([np.where(start.used, start.record.y, 0.0), start.beside])
+        signals = linear_filter(np.append(1.0, start.f), [1.0], signals.T).T
+        start.cache["before"] = signals[0], signals[1:]
+    return start.cache["before"]
 
 
 def delays(now: Response, a, nk, m: int) -> tuple[int, ...]:
     """Return the delays that leave least with such poles, under the noise of ``now``, one input after the other."""
+    white = np.append(1.0, now.f)
     if "levelled" not in now.cache:  # the same for all poles that are tried
         y = levelled(now)
-        now.cache["levelled"] = y, latest(y)
-    y, most = now.cache["levelled"]
+        late = lagged(y, range(len(white)))
+        now.cache["levelled"] = late @ white, latest(y), moving(now)
+    y, most, x = now.cache["levelled"]
     if most < 1:
         return tuple(nk)
-    white = np.append(1.0, now.f)
-    x = linear_filter(white, np.append(1.0, a), moving(now))
-    if len(now.f):
-        y = sum(f * shifted[:, 0] for f, shifted in zip(white, (lagged(y, [j]) for j in range(len(white)))))
-    scan = DelayScan(y, x, 0, (m,) * x.shape[1], most)
+    scan = DelayScan(y, linear_filter(white, np.append(1.0, a), x), 0, (m,) * x.shape[1], most)
     return scan.best(tuple(min(d, most) for d in nk), (0,) * len(nk)) if scan.is_enough else tuple(nk)
 
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..models.filtering import linear_filter
+from ..models.filtering import many_filters
 
 DRAWS = 200  # of the parameters, from their posterior
 LONGEST = 4000  # samples until which a response is followed
@@ -31,34 +31,41 @@ def step_responses(model) -> list[StepResponse | None]:
     off is the response itself. Bad at: plants that first go the wrong way, of which the first crossing is told.
     """
     whole = getattr(model, "common", model)
-    return answers([whole.form.polynomials(theta) for theta in (whole.values, *whole.samples[:DRAWS])])
+    return answers(*whole.form.polynomials(np.vstack([whole.values, whole.samples[:DRAWS]])))
 
 
-def answers(drawn) -> list[StepResponse | None]:
-    """Return the same of polynomials (A, B of each input), the likeliest first, then draws of them."""
-    a, b = drawn[0]
-    slowest = max((float(abs(p)) for p in np.roots(a)), default=0.0)
-    if not slowest < 1:
-        return [None] * len(b)
-    length = int(min(10 + SETTLED / -math.log(max(slowest, 1e-3)) + max(map(len, [a, *b])), LONGEST))
-    found = np.array([_answers(one, length) for one in drawn])  # (1 + draws, k, 2)
-    return [_summary(found[:, i]) for i in range(len(b))]
+def answers(a, b) -> list[StepResponse | None]:
+    """Return the same of polynomials A (1 + draws, n + 1) and B (1 + draws, k, lags), the likeliest first."""
+    sizes = np.abs(poles(a)).max(axis=1, initial=0.0)
+    if not sizes[0] < 1:
+        return [None] * b.shape[1]
+    length = 10 + SETTLED / -math.log(max(sizes[0], 1e-3)) + max(a.shape[1], b.shape[2])
+    one, dies_out = np.ones(int(min(length, LONGEST))), sizes < 1
+    found = np.full((len(a), 2), np.nan)  # time and overshoot, NaN where it does not settle
+    steps = []
+    for i in range(b.shape[1]):
+        found[dies_out] = _answers(a[dies_out], b[dies_out, i], one)
+        steps.append(_summary(found))
+    return steps
 
 
-def _answers(polynomials, length: int) -> np.ndarray:
-    """Return time and overshoot of the response to each input, NaN where it does not settle."""
-    a, b = polynomials
-    found = np.full((len(b), 2), np.nan)
-    if np.any(abs(np.roots(a)) >= 1):
-        return found
-    for i, row in enumerate(b):
-        gain = row.sum() / a.sum()
-        y = linear_filter(row, a, np.ones(length)) / gain if gain else np.zeros(length)
-        at = int(np.argmax(y >= DONE))
-        if y[at] >= DONE:
-            before = y[at - 1] if at else 0.0
-            found[i] = max(at - 1 + (DONE - before) / (y[at] - before), 0.0), y.max() - 1
-    return found
+def poles(a) -> np.ndarray:
+    """Return the roots of polynomials (S, n + 1) that begin with one, (S, n)."""
+    a = np.asarray(a, float)
+    companion = np.tile(np.eye(a.shape[1] - 1, k=-1), (len(a), 1, 1))
+    companion[:, :1] = -a[:, None, 1:]
+    return np.linalg.eigvals(companion)
+
+
+def _answers(a, b, one) -> np.ndarray:
+    """Return time and overshoot of each response to a step, (S, 2), NaN where it does not get there."""
+    gain = b.sum(axis=1) / a.sum(axis=1)
+    y = many_filters(b, a, one) / np.where(gain, gain, np.inf)[:, None]
+    draws, at = np.arange(len(y)), np.argmax(y >= DONE, axis=1)
+    last, before = y[draws, at], np.where(at, y[draws, at - 1], 0.0)
+    is_done = last >= DONE
+    time = at - 1 + (DONE - before) / np.where(is_done, last - before, 1.0)
+    return np.where(is_done[:, None], np.column_stack([np.maximum(time, 0.0), y.max(axis=1) - 1]), np.nan)
 
 
 def _summary(found) -> StepResponse | None:
