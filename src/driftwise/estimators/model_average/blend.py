@@ -20,7 +20,13 @@ HASTE = (1.0, 0.0)  # of forgetting, beside that of likelihood
 ETA = (0.2, 0.3)  # what a squared error counts
 SPREAD = 200.0  # samples of the mean squared errors
 MOST = 1e4  # that one squared error counts, in s
-NO_RATE = -700.0  # logarithm of the rate where nothing was ever to regret
+NO_RATE = math.exp(-700.0)  # where nothing was ever to regret
+
+
+@kernel
+def rate_of(squares, most):
+    """Return eta of one of the means."""
+    return min(0.5 / most, math.sqrt(LOG_BLENDS / squares)) if most > 0.0 else NO_RATE
 
 
 @kernel
@@ -28,13 +34,11 @@ def trust(regret, squares, most, v):
     """Fill v, the shares of the three means."""
     top, total = -math.inf, 0.0
     for k in range(BLENDS):
-        v[k] = NO_RATE
-        if most[k] > 0.0:
-            rate = min(0.5 / most[k], math.sqrt(LOG_BLENDS / squares[k]))
-            v[k] = rate * regret[k] - square(rate) * squares[k] + log(rate)
+        rate = rate_of(squares[k], most[k])
+        v[k] = rate * regret[k] - square(rate) * squares[k]
         top = max(top, v[k])
     for k in range(BLENDS):
-        v[k] = exp(v[k] - top)
+        v[k] = rate_of(squares[k], most[k]) * raised(v[k] - top)
         total += v[k]
     for k in range(BLENDS):
         v[k] /= total
@@ -43,22 +47,48 @@ def trust(regret, squares, most, v):
 @kernel
 def weigh_by_squares(k, phi, rate, share, y, mu, w, logs, mean, spread, seen, floor):
     """Let the weights of one way follow the squared errors; who said nothing counts as all do on average."""
-    M, usual, present, best, s = logs.size, 0.0, 0.0, -math.inf, max(spread[k], floor)
+    sharpness, is_silent = 1.0 / max(spread[k], floor), False
+    for i in range(logs.size):
+        w[i] = -rate * min(square(y - mu[i]) * sharpness, MOST) if math.isfinite(mu[i]) else math.nan
+        is_silent = is_silent or not math.isfinite(mu[i])
+    all_alike = usual(logs, w) if is_silent else 0.0
+    for i in range(logs.size):
+        logs[i] += w[i] if math.isfinite(w[i]) else all_alike
+    faded(logs, w, phi, share)
+    spread[k] += (square(y - mean) - spread[k]) / (min(seen, SPREAD) + 1.0)
+
+
+@kernel
+def raised(x):
+    """Return exp(x); of the best, whose x is zero, at once."""
+    return exp(x) if x != 0.0 else 1.0
+
+
+@kernel
+def usual(logs, scores):
+    """Return the mean of the scores, by weight; of who has one."""
+    mean, present = 0.0, 0.0
+    for i in range(logs.size):
+        if math.isfinite(scores[i]):
+            weight = exp(logs[i])
+            mean += weight * scores[i]
+            present += weight
+    return mean / present
+
+
+@kernel
+def faded(logs, w, phi, share):
+    """Let the evidence in log weights fade and give a share of the weights to all alike; ``w`` is scratch."""
+    M, best, total = logs.size, -math.inf, 0.0
     for i in range(M):
-        if math.isfinite(mu[i]):
-            w[i] = -rate * min(square(y - mu[i]) / s, MOST)
-            usual += exp(logs[i]) * w[i]
-            present += exp(logs[i])
-    for i in range(M):
-        logs[i] += w[i] if math.isfinite(mu[i]) else usual / present
         best = max(best, logs[i])
-    total = 0.0
     for i in range(M):
         logs[i] = phi * (logs[i] - best)
-        total += exp(logs[i])
+        w[i] = raised(logs[i])
+        total += w[i]
+    part = (1.0 - share) / total
     for i in range(M):
-        logs[i] = log((1.0 - share) * exp(logs[i]) / total + share / M)
-    spread[k] += (square(y - mean) - spread[k]) / (min(seen, SPREAD) + 1.0)
+        logs[i] = log(part * w[i] + share / M)
 
 
 @kernel

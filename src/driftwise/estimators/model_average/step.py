@@ -20,11 +20,12 @@ from typing import NamedTuple
 import numpy as np
 
 from ...engine.dispatch import kernel, pass_over
-from ...engine.elementary import erfc, exp, log, log1p, square
+from ...engine.elementary import exp, log, square
+from ...engine.elementary.complementary import erfc_both
 from ...engine.layout import Field, Layout, each, numbers
-from ...engine.normal import density
+from ...engine.normal import ROOT_2PI
 from ...engine.status import BAD_VALUE, MISSING_OUTPUT
-from .blend import BLENDS, ETA, HASTE, regret_of, trust, weigh_by_squares
+from .blend import BLENDS, ETA, HASTE, faded, raised, regret_of, trust, usual, weigh_by_squares
 
 NAIVE = ("last value", "straight line", "mean")
 FAST = tuple(4.0**k for k in range(-2, 6))  # scales of the tails, in s
@@ -33,6 +34,7 @@ SCALES = len(FAST) + len(SLOW)
 SEEN, LAST, BEFORE, STEP, MEAN, LONG, LONG_COUNT = range(7)  # of the head of a state
 PREDICTION, INNOVATION, VARIANCE, STATUS = range(4)  # of a trace's row
 SCORE, LOWER, UPPER, OFFSET, BASE, LEVEL, FLOOR, TOLD = range(4, 12)
+ROOT_HALF, FAINTEST = math.sqrt(0.5), math.exp(-700.0)
 FREEDOM, WILD = 6.0, 25.0  # degrees of freedom by which members are judged; most that one e^2/S counts
 VAGUE = 100.0  # times the variance of y about its mean: a member that claims more says nothing
 UNSURE = 16.0  # times the least variance that anyone claims, over eta: by squared errors, who claims more is not heard
@@ -164,48 +166,54 @@ def floor_of(task, row):
 
 
 @kernel
-def has_something_to_say(i, mu, S, ratio):
-    """Say whether a member made a forecast, and one that is worth it: the last member forecasts the mean."""
-    return math.isfinite(mu[i]) and 0.0 < ratio[i] * S[i] <= VAGUE * max(ratio[-1], 1.0) * S[-1]
+def claim(mu, S, ratio, claims):
+    """Fill the variance that each claims; NaN of who makes no forecast, or none that is worth it.
+
+    The last member forecasts the mean.
+    """
+    most = VAGUE * max(ratio[-1], 1.0) * S[-1]
+    for i in range(mu.size):
+        variance = ratio[i] * S[i]
+        claims[i] = variance if math.isfinite(mu[i]) and 0.0 < variance <= most else math.nan
 
 
 @kernel
-def heard(task, mu, S, w, logs, ratio, most):
+def heard(mu, claims, w, logs, most, log_window):
     """Fill w, the weights of those who speak, and claim no variance above ``most``; return the mean they make."""
     M, best = mu.size, -math.inf
     for i in range(M):
-        if has_something_to_say(i, mu, S, ratio) and ratio[i] * S[i] <= most:
+        if claims[i] <= most:
             best = max(best, logs[i])
     total, mean = 0.0, 0.0
     for i in range(M):
-        is_heard = has_something_to_say(i, mu, S, ratio) and ratio[i] * S[i] <= most
-        is_heard = is_heard and logs[i] - best > log(task.window)
-        w[i] = exp(logs[i] - best) if is_heard else 0.0
+        is_heard = claims[i] <= most and logs[i] - best > log_window
+        w[i] = raised(logs[i] - best) if is_heard else 0.0
         total += w[i]
+    part = 1.0 / total
     for i in range(M):
-        w[i] /= total
+        w[i] *= part
         if w[i] > 0.0:
             mean += w[i] * mu[i]
     return mean
 
 
 @kernel
-def least_claim(mu, S, ratio, floor):
+def least_claim(claims, floor):
     """Return the least variance that anyone who speaks claims."""
     least = math.inf
-    for i in range(mu.size):
-        if has_something_to_say(i, mu, S, ratio):
-            least = min(least, max(ratio[i] * S[i], floor))
+    for i in range(claims.size):
+        if claims[i] > 0.0:
+            least = min(least, max(claims[i], floor))
     return least
 
 
 @kernel
-def base_of(mu, S, w, ratio, mean, floor):
+def base_of(mu, claims, w, mean, floor):
     """Return the base of the density, by those who speak."""
     base = 0.0
     for i in range(mu.size):
         if w[i] > 0.0:
-            base += w[i] * (max(ratio[i] * S[i], floor) + square(mu[i] - mean))
+            base += w[i] * (max(claims[i], floor) + square(mu[i] - mean))
     return max(base, floor)
 
 
@@ -221,47 +229,47 @@ def blended(v, means, first, second, third, w):
 
 
 @kernel
-def judge(task, row, y, mu, S, logs, evidence, squares, ratio, behind, scores, floor):
-    """Give each member the log density it had for y, let its noise variance follow, and forget."""
-    M, usual, present = logs.size, 0.0, 0.0
-    fade = 1.0 - 1.0 / task.memory
-    for i in range(M):
-        scores[i] = math.nan
-        if not (math.isfinite(mu[i]) and S[i] > 0.0):
-            continue
-        v = max(ratio[i] * S[i], floor)
-        z2 = square(y - mu[i]) / v
-        scores[i] = -0.5 * log(v / task.unit) - 0.5 * (FREEDOM + 1.0) * log1p(z2 / FREEDOM)
-        usual += exp(logs[i]) * scores[i]
-        squares[i] += square(y - mu[i]) if row[SEEN] >= task.settle else 0.0
-        present += exp(logs[i])
-        behind[i] = fade * behind[i] + 1.0
-        gain = 1.0 / (behind[i] + 1.0)
-        ratio[i] = max(ratio[i] * (1.0 - gain + gain * min(z2, WILD)), floor / S[i])
-    best = -math.inf
-    for i in range(M):  # who said nothing neither wins nor loses
-        score = scores[i] if math.isfinite(scores[i]) else usual / present
-        logs[i] += task.rate * score
-        best = max(best, logs[i])
-        if row[SEEN] >= task.settle and y != row[LAST]:  # a plant at rest tells nothing apart
-            evidence[i] += score
-    total = 0.0
-    for i in range(M):
-        logs[i] = task.forgetting * (logs[i] - best)
-        total += exp(logs[i])
-    for i in range(M):
-        logs[i] = log((1.0 - task.share) * exp(logs[i]) / total + task.share / M)
+def log_of_both(v, far):
+    """Return log(v far^7), which is twice what Student's density of 6 degrees is below its largest in log."""
+    whole = v * square(far * square(far)) * far
+    return log(whole) if whole < 1e300 else log(v) + (FREEDOM + 1.0) * log(far)
 
 
 @kernel
-def learn_tails(task, row, q, e, base, floor):
+def judge(task, row, y, mu, S, logs, evidence, squares, ratio, behind, scores, floor):
+    """Give each member the log density it had for y, let its noise variance follow, and forget."""
+    M, is_silent, fade = logs.size, False, 1.0 - 1.0 / task.memory
+    for i in range(M):
+        scores[i] = math.nan
+        if not (math.isfinite(mu[i]) and S[i] > 0.0):
+            is_silent = True
+            continue
+        v = max(ratio[i] * S[i], floor)
+        z2 = square(y - mu[i]) / v
+        scores[i] = -0.5 * log_of_both(v / task.unit, 1.0 + z2 / FREEDOM)
+        squares[i] += square(y - mu[i]) if row[SEEN] >= task.settle else 0.0
+        behind[i] = fade * behind[i] + 1.0
+        gain = 1.0 / (behind[i] + 1.0)
+        ratio[i] = max(ratio[i] * (1.0 - gain + gain * min(z2, WILD)), floor / S[i])
+    all_alike = usual(logs, scores) if is_silent else 0.0
+    for i in range(M):  # who said nothing neither wins nor loses
+        score = scores[i] if math.isfinite(scores[i]) else all_alike
+        logs[i] += task.rate * score
+        if row[SEEN] >= task.settle and y != row[LAST]:  # a plant at rest tells nothing apart
+            evidence[i] += score
+    faded(logs, scores, task.forgetting, task.share)
+
+
+@kernel
+def learn_tails(task, row, q, densities, e, base):
     """Share the sample out among the scales that may have made it, and follow the long-run mean of e^2."""
     fade = min(1.0 - 1.0 / task.tails, 1.0 - 1.0 / (YOUNG + TENTH * row[SEEN]))
     total = 0.0
     for j in range(SCALES):
-        total += q[j] * density(e, scale_of(j, base, row[LONG], floor))
+        total += q[j] * densities[j]
+    share = 1.0 / total
     for j in range(SCALES):
-        part = q[j] * density(e, scale_of(j, base, row[LONG], floor)) / total
+        part = q[j] * densities[j] * share
         q[j] = fade * q[j] + (1.0 - fade) * prior_count(j) + part
     if row[SEEN] < SETTLE:
         row[LONG], row[LONG_COUNT] = base, 0.5 * SETTLE
@@ -282,18 +290,28 @@ def note(row, y):
 
 
 @kernel
-def tell(row, q, y, prediction, mean, base, floor, out):
-    """Write the density, and where y lies in it."""
+def tell(row, q, y, prediction, mean, base, floor, densities, out):
+    """Write the density, and where y lies in it; fill that of y under each scale."""
     weight, variance, p, lower, upper, e = 0.0, 0.0, 0.0, 0.0, 0.0, y - mean
     for j in range(SCALES):
         weight += q[j]
-    for j in range(SCALES):
+    wider, sharpness, bell = 0.0, 0.0, 0.0
+    for i in range(SCALES):
+        j = SCALES - 1 - i
         v, share = scale_of(j, base, row[LONG], floor), q[j] / weight
-        out[TOLD + j] = share
+        is_quarter = 4.0 * v == wider
+        sharpness = 2.0 * sharpness if is_quarter else 1.0 / math.sqrt(v)
+        z = e * sharpness
+        if is_quarter and j % 4 < 3:  # exp(-z^2/2) to the fourth: an exponential for four of them
+            bell = max(square(square(bell)), FAINTEST)
+        else:
+            bell = exp(-0.5 * min(z * z, 1400.0))
+        wider, densities[j], out[TOLD + j] = v, bell * sharpness / ROOT_2PI, share
         variance += share * v
-        p += share * density(e, v)
-        lower += share * 0.5 * erfc(-e / math.sqrt(2.0 * v))
-        upper += share * 0.5 * erfc(e / math.sqrt(2.0 * v))
+        p += share * densities[j]
+        above, below = erfc_both(z * ROOT_HALF)
+        lower += share * 0.5 * below
+        upper += share * 0.5 * above
     out[PREDICTION], out[INNOVATION], out[VARIANCE] = prediction, y - prediction, variance
     out[SCORE], out[LOWER], out[UPPER], out[OFFSET] = log(max(p, 1e-300)), lower, upper, mean - prediction
     out[BASE], out[LEVEL], out[FLOOR] = base, row[LONG], floor
@@ -311,21 +329,23 @@ def pass_over_averaging(task, rows, q, kept, out, state):
     )
     scratch = state[state.size - scratch_size(M) :]
     scores, one, two, three = scratch[:M], scratch[M : 2 * M], scratch[2 * M : 3 * M], scratch[3 * M : 4 * M]
-    means, v = scratch[4 * M : 4 * M + BLENDS], scratch[4 * M + BLENDS :]
+    claims, rest, log_window = scratch[4 * M : 5 * M], scratch[5 * M :], log(task.window)
+    means, v, densities = rest[:BLENDS], rest[BLENDS : 2 * BLENDS], rest[2 * BLENDS :]
     for t in range(rows.shape[0]):
         y, mu, S, w = rows[t, 0], q[t], kept[t], out[t, TOLD + SCALES :]
         for i in range(len(NAIVE)):
             mu[M - len(NAIVE) + i], S[M - len(NAIVE) + i] = naive(row, i), task.unit
         floor = floor_of(task, row)
-        most_claimed = UNSURE / task.rate * least_claim(mu, S, ratio, floor)
-        means[0] = heard(task, mu, S, one, logs, ratio, math.inf)
-        means[1] = heard(task, mu, S, two, brief, ratio, most_claimed)
-        means[2] = heard(task, mu, S, three, lasting, ratio, most_claimed)
+        claim(mu, S, ratio, claims)
+        most_claimed = UNSURE / task.rate * least_claim(claims, floor)
+        means[0] = heard(mu, claims, one, logs, math.inf, log_window)
+        means[1] = heard(mu, claims, two, brief, most_claimed, log_window)
+        means[2] = heard(mu, claims, three, lasting, most_claimed, log_window)
         trust(regret, regrets, most, v)
         mean, prediction = means[0], blended(v, means, one, two, three, w)
-        base = base_of(mu, S, one, ratio, mean, floor)
+        base = base_of(mu, claims, one, mean, floor)
         is_absurd = abs(y) > ABSURD * math.sqrt(task.unit)
-        tell(row, tails, math.nan if is_absurd else y, prediction, mean, base, floor, out[t])
+        tell(row, tails, math.nan if is_absurd else y, prediction, mean, base, floor, densities, out[t])
         out[t, STATUS] = BAD_VALUE if is_absurd else 0.0 if math.isfinite(y) else MISSING_OUTPUT
         if out[t, STATUS] != 0.0:
             out[t, SCORE] = math.nan
@@ -337,11 +357,11 @@ def pass_over_averaging(task, rows, q, kept, out, state):
                 brief if k == 0 else lasting, means[k + 1], spread, row[SEEN], floor,
             )  # fmt: skip
         judge(task, row, y, mu, S, logs, evidence, squares, ratio, behind, scores, floor)
-        learn_tails(task, row, tails, y - mean, base, floor)
+        learn_tails(task, row, tails, densities, y - mean, base)
         note(row, y)
 
 
 @kernel
 def scratch_size(M):
     """Return how many numbers behind a state one sample needs, of so many forecasts."""
-    return 4 * M + 2 * BLENDS
+    return 5 * M + 2 * BLENDS + SCALES
