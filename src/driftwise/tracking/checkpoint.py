@@ -66,7 +66,7 @@ def restore(kind, path):
         tracker.faults = [Fault(*f) for f in facts["faults"]]
         inbox = tracker.inbox
         inbox.newest, inbox.arrivals, inbox.dropped = facts["newest"], facts["arrivals"], facts["dropped"]
-        inbox.steps = facts["steps"]
+        inbox.remember(facts["steps"])
         inbox.held = [(time, number, _plot(p)) for time, number, p in facts["held"]]
         inbox.strange = _plot(facts["strange"]) if facts["strange"] else None
         _put_back(tracker.targets, facts, arrays)

@@ -27,17 +27,13 @@ class Inbox:
         self.arrivals = 0
         self.strange: Plot | None = None
         self.dropped = 0
-        self.steps: list[float] = []  # s, between the last plots that were not at once
+        self.remember([])
 
-    @property
-    def rare(self) -> float:
-        """How long it may be until any plot comes, s: the second longest of the last steps; 0 is unknown."""
-        return sorted(self.steps)[-2] if len(self.steps) > 1 else 0.0
-
-    @property
-    def leap(self) -> float:
-        """The time that needs a second plot, s."""
-        return max(LEAP, STEPS * self.rare)
+    def remember(self, steps: list[float]) -> None:
+        """Keep the times between the last plots that were not at once, s, and what they say."""
+        self.steps = steps
+        self.rare = sorted(steps)[-2] if len(steps) > 1 else 0.0  # s until any plot comes, at most; 0 is unknown
+        self.leap = max(LEAP, STEPS * self.rare)  # s that need a second plot
 
     def put(self, plot: Plot) -> list[Plot]:
         """Take a plot and return those whose turn has come."""
@@ -78,7 +74,7 @@ class Inbox:
 
     def _note(self, time: float) -> None:
         if time > self.newest > -math.inf:
-            self.steps = [*self.steps[1 - KEPT :], time - self.newest]
+            self.remember([*self.steps[1 - KEPT :], time - self.newest])
 
     def _hold(self, plot: Plot) -> None:
         self.arrivals += 1

@@ -30,7 +30,7 @@ CODE = re.compile(r"A[0-7]{4}$")  # a Mode A code
 CLIMB, LEVELS = 50.0, 300.0  # m/s, m: altitudes that differ by more are two objects
 AT = TRACK_SAMPLE.slices(2)  # of a trace's row
 EAST_SPEED, NORTH_SPEED, SPREADING = AT["state"].start + 1, AT["state"].start + 4, AT["spreading"].start
-STATUS = AT["status"].start
+STATUS, BASE = AT["status"].start, AT["base"].start
 
 
 class Rules(NamedTuple):
@@ -218,24 +218,25 @@ class Targets:
         if track.last is not None and self._is_told(track, plot):
             self.counts["repeated"] += 1
             return
-        time, position = np.array((plot.time,)), np.array(((plot.east, plot.north),))
-        out = self.estimator.run(track.state, time, position, np.array(((plot.covariance[0], plot.covariance[3]),)))[0]
+        sample, R = (plot.time, plot.east, plot.north), (plot.covariance[0], plot.covariance[3])
+        out = self.estimator.run_rows(track.state, np.array((sample,)), np.array((R,)))[0]
         number = self.numbers
         words = [number.setdefault(w, len(number)) for w in (plot.key, plot.name, plot.sensor)]
         track.append((plot.time, plot.east, plot.north, *plot.covariance, plot.altitude, *words), out)
         self.scans.tick(track.clock, plot.sensor, plot.time, self.inbox.leap)
         track.period = self.scans.period(track.clock)
         track.last, track.name = plot, plot.name or track.name
-        if not int(out[STATUS]) & OUTLIER or track.count == 1:
+        if not int(out.item(STATUS)) & OUTLIER or track.count == 1:
             track.sure = plot
-        track.motion = float(out[EAST_SPEED]), float(out[NORTH_SPEED])
-        variance = float(max(out[AT["base"]]) * out[SPREADING])  # of the forecast that there was
+        track.motion = out.item(EAST_SPEED), out.item(NORTH_SPEED)
+        variance = max(out.item(BASE), out.item(BASE + 1)) * out.item(SPREADING)  # of the forecast that there was
         if track.count > 1 and 0 <= variance < math.inf:
-            deviations, least, most = ALLOWED
-            most = max(
-                most * max(track.period, 1.0) * self.rules.fastest, deviations * error(track, self.estimator.dtype)
-            )
-            track.allowance = min(max(deviations * math.sqrt(variance), least * self.rules.fastest), most)
+            deviations, least, scans = ALLOWED
+            allowance = max(deviations * math.sqrt(variance), least * self.rules.fastest)
+            most = scans * max(track.period, 1.0) * self.rules.fastest
+            if allowance > most:
+                allowance = min(allowance, max(most, deviations * error(track)))
+            track.allowance = allowance
         self.places.move(track)
         if track.status == COASTING:
             track.status = CONFIRMED
@@ -283,10 +284,15 @@ class Targets:
 
     def _deadline(self, track: Live) -> float:
         N, M = self.rules.confirm
-        is_silent = self.before <= track.last.time + self.rules.coast * (track.period or self._unknown)
-        gap = self.rules.gap * (NAMED if self._has_key(track) or is_silent else 1.0)
-        scans = {TENTATIVE: M - N + 1.5, CONFIRMED: self.rules.coast + 0.5, COASTING: gap}
-        return track.last.time + scans[track.status] * (track.period or self._unknown)
+        period = track.period or self._unknown
+        if track.status == TENTATIVE:
+            scans = M - N + 1.5
+        elif track.status == CONFIRMED:
+            scans = self.rules.coast + 0.5
+        else:
+            is_silent = self.before <= track.last.time + self.rules.coast * period
+            scans = self.rules.gap * (NAMED if self._has_key(track) or is_silent else 1.0)
+        return track.last.time + scans * period
 
     def look(self, time: float) -> None:
         """Let tracks coast and end that were not seen for long."""

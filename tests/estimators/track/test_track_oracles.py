@@ -173,7 +173,7 @@ def test_the_manoeuvre_pole_is_one_regression(rho):
     for k in range(n):
         for c in range(2):
             pole.measure(row, 2, i, c, w[k, c], r[c], np.zeros((1, 5)))
-        assert pole.step(row, 2, i, w[k], *np.zeros((3, 5, 5))) == 0.0
+        assert pole.step(row, 2, i, w[k], *np.zeros((2, 5, 5))) == 0.0
     # unknown: phi and its steps, per coordinate the two states before the first difference and the noises
     prior = [first, *[pole.WALK] * n]
     for c in range(2):

@@ -14,6 +14,7 @@ P = 5  # of a member's numbers; E, vE, N, vN, omega before it, scales of the noi
 RATE = 1e-3  # variance by which the turn between two plots walks, rad^2
 FIRST = 0.01  # .. and of what it is at first
 SHARPEST = 1.5  # rad between two plots
+OF = (0, 1, 3, 2, 3, 1)  # of E, vE, N, vN: what each of E, vE, aE, N, vN, aN is made of, the turn rate aside
 LOST = 20.0  # periods without a plot after which nobody knows how far it has turned
 LINE = tuple(STRAIGHT.index((0.0, q)) for q in TURNS)  # the member of constant velocity with the same noise
 
@@ -46,10 +47,7 @@ def predict(row, C, i, T, d, unit, F, A, B):
     vE, vN, angle = row[at + 1], row[at + 3], row[at + 4] * d
     s, c, ds, dc = arc(row[at + 4], d)
     co, si = cos(angle), sin(angle)
-    for j in range(N):
-        for k in range(N):
-            F[j, k] = 1.0 if j == k else 0.0
-    F[0, 1], F[0, 3], F[0, 4] = s, c, vE * ds + vN * dc
+    F[0, 1], F[0, 3], F[0, 4] = s, c, vE * ds + vN * dc  # F is the identity else, but for F[1, 1] and F[3, 3]
     F[1, 1], F[1, 3], F[1, 4] = co, si, (vN * co - vE * si) * d
     F[2, 1], F[2, 3], F[2, 4] = -c, s, vN * ds - vE * dc
     F[3, 1], F[3, 3], F[3, 4] = -si, co, -(vN * si + vE * co) * d
@@ -59,18 +57,21 @@ def predict(row, C, i, T, d, unit, F, A, B):
     for j in range(N):
         for k in range(j, N):
             A[j, k] = A[k, j] = row[at + P + index(j, k)]
-    for j in range(N):
-        for k in range(N):
-            B[j, k] = 0.0
-            for l in range(N):
-                B[j, k] += F[j, l] * A[l, k]
+    for k in range(N):
+        B[0, k] = A[0, k] + F[0, 1] * A[1, k] + F[0, 3] * A[3, k] + F[0, 4] * A[4, k]
+        B[1, k] = F[1, 1] * A[1, k] + F[1, 3] * A[3, k] + F[1, 4] * A[4, k]
+        B[2, k] = F[2, 1] * A[1, k] + A[2, k] + F[2, 3] * A[3, k] + F[2, 4] * A[4, k]
+        B[3, k] = F[3, 1] * A[1, k] + F[3, 3] * A[3, k] + F[3, 4] * A[4, k]
+        B[4, k] = A[4, k]
     q = TURNS[i] * 0.5 * (unit[0] * row[at + CIRCULAR] + unit[1] * row[at + CIRCULAR + 1]) / (T * T * T)
     for j in range(N):
+        A[j, 0] = B[j, 0] + B[j, 1] * F[0, 1] + B[j, 3] * F[0, 3] + B[j, 4] * F[0, 4]
+        A[j, 1] = B[j, 1] * F[1, 1] + B[j, 3] * F[1, 3] + B[j, 4] * F[1, 4]
+        A[j, 2] = B[j, 1] * F[2, 1] + B[j, 2] + B[j, 3] * F[2, 3] + B[j, 4] * F[2, 4]
+        A[j, 3] = B[j, 1] * F[3, 1] + B[j, 3] * F[3, 3] + B[j, 4] * F[3, 4]
+        A[j, 4] = B[j, 4]
         for k in range(j, N):
-            total = 0.0
-            for l in range(N):
-                total += B[j, l] * F[k, l]
-            row[at + P + index(j, k)] = max(total, 0.0) if j == k else total
+            row[at + P + index(j, k)] = max(A[j, k], 0.0) if j == k else A[j, k]
     for j in range(2):
         row[at + P + index(2 * j, 2 * j)] += q * d * d * d / 3
         row[at + P + index(2 * j, 2 * j + 1)] += q * d * d / 2
@@ -105,22 +106,35 @@ def correct(row, C, i, c, T, y, r, A):
     at, h = at_circle(C, i), 2 * c
     for j in range(N):
         A[0, j] = row[at + P + (index(j, h) if j <= h else index(h, j))]
-    S, e = A[0, h] + r, y - row[at + h]
+    S, e, p = A[0, h] + r, y - row[at + h], at + P
     for j in range(N):
         row[at + j] += A[0, j] * e / S
         for k in range(j, N):
-            jk = at + P + index(j, k)
-            row[jk] = linear.corrected(row[jk], j, k, h, A[0, j], A[0, k], r, S)
+            row[p] = linear.corrected(row[p], j, k, h, A[0, j], A[0, k], r, S)
+            p += 1
     sharpest = SHARPEST / T
     row[at + 4] = min(max(row[at + 4], -sharpest), sharpest)
 
 
 @kernel
-def slope(j, a, omega, vE, vN):
-    """Return the derivative of entry j of (E, vE, aE, N, vN, aN) by entry a of (E, vE, N, vN, omega)."""
-    if j == 2:  # aE = omega vN
-        return omega if a == 3 else vN if a == 4 else 0.0
-    if j == 5:  # aN = -omega vE
-        return -omega if a == 1 else -vE if a == 4 else 0.0
-    at = j if j < 2 else j - 1
-    return 1.0 if a == at else 0.0
+def member_state(row, C, i, x, V):
+    """Fill x and the upper triangle of V: of E, vE, aE, N, vN, aN, to first order; aE = omega vN, aN = -omega vE."""
+    at = at_circle(C, i)
+    vE, vN, omega = row[at + 1], row[at + 3], row[at + 4]
+    x[0], x[1], x[2], x[3], x[4], x[5] = row[at], vE, omega * vN, row[at + 2], vN, -omega * vE
+    for j in range(6):
+        a, Ja, Jw = OF[j], 1.0, 0.0  # entry j changes with entry a of E, vE, N, vN, omega, and with omega
+        if j % 3 == 2:
+            Ja, Jw = (omega, vN) if j == 2 else (-omega, -vE)
+        for k in range(j, 6):
+            b, Jb, Jv = OF[k], 1.0, 0.0
+            if k % 3 == 2:
+                Jb, Jv = (omega, vN) if k == 2 else (-omega, -vE)
+            v = Ja * Jb * row[at + P + index(min(a, b), max(a, b))]
+            if k % 3 == 2:
+                v += Ja * Jv * row[at + P + index(a, 4)]
+            if j % 3 == 2:
+                v += Jw * Jb * row[at + P + index(b, 4)]
+                if k % 3 == 2:
+                    v += Jw * Jv * row[at + P + index(4, 4)]
+            V[j, k] = v

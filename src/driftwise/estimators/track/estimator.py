@@ -273,10 +273,14 @@ class TrackEstimator(Portable):
 
     def run(self, row, time, position, R) -> np.ndarray:
         """Advance a state's numbers in place, unchecked; return the columns of the trace (T, columns)."""
-        go, kept, spec = self._drive
-        outs = np.empty((len(time), self.n_columns))
         rows = np.empty((len(time), 1 + self.coordinates))
         rows[:, 0], rows[:, 1:] = time, position
+        return self.run_rows(row, rows, R)
+
+    def run_rows(self, row, rows, R) -> np.ndarray:
+        """Do the same for plots in rows (T, 1 + C): time and position."""
+        go, kept, spec = self._drive
+        outs = np.empty((len(rows), self.n_columns))
         go(rows, R, kept, outs, row, spec)
         return outs
 

@@ -113,16 +113,18 @@ def bends(row, C, i, unit):
 
 
 @kernel
-def judge(task, row, C, T, y, unit, w, mean, S, scores):
+def judge(task, row, C, T, y, unit, w, mean, S, exact, scores):
     """Give each member the density it had for the plot, and move the probability of a manoeuvre."""
     M, best, top = bank.members(C), -math.inf, -math.inf
     for i in range(M):
         scores[i] = 0.0
         for c in range(C):
-            if math.isfinite(mean[i, c]) and not learning.shows_lattice(row, C, c, y):
+            if math.isfinite(mean[i, c]) and not learning.shows_lattice(row, C, c, exact):
                 z2 = square(y[c] - mean[i, c]) / S[i, c]
                 usual = -0.5 * (FREEDOM + 1.0) * log1p(z2 / FREEDOM)
-                scores[i] += max(usual, LOUDER - 0.5 * log(max(z2, 1.0))) - 0.5 * log(S[i, c])
+                if usual < LOUDER:
+                    usual = max(usual, LOUDER - 0.5 * log(max(z2, 1.0)))
+                scores[i] += usual - 0.5 * log(S[i, c])
         if math.isfinite(mean[i, 0]):
             top = max(top, scores[i])
     tiny = 1e-12

@@ -86,28 +86,27 @@ def measure_units(task, row, C, T, R, unit, g):
 
 
 @kernel
-def bent(row, C, c, y):
-    """Return by how much a step differs from the one before it."""
-    before = row[bank.of_coordinate(C, bank.SPEED, c)] * exp(row[bank.GAP])
-    return y[c] - row[bank.of_coordinate(C, bank.LAST, c)] - before
+def compare_steps(row, C, y, off, exact):
+    """Fill by how much each step differs from the one before it, and 1 where it equals it, as on a lattice, else 0.
+
+    A plane bends a step of angles by a little.
+    """
+    gap, coarse = exp(row[bank.GAP]), 0.0
+    for c in range(C):
+        before = row[bank.of_coordinate(C, bank.SPEED, c)] * gap
+        off[c] = abs(y[c] - row[bank.of_coordinate(C, bank.LAST, c)] - before)
+        coarse = max(coarse, row[bank.of_coordinate(C, bank.GRAIN, c)], off[c])
+    for c in range(C):
+        is_equal = off[c] <= EXACT * abs(y[c] - row[bank.of_coordinate(C, bank.LAST, c)])
+        was_still = row[bank.of_coordinate(C, bank.STILL, c)] > 0.0
+        exact[c] = 1.0 if is_equal or (was_still and off[c] < FUZZ * coarse) else 0.0
 
 
 @kernel
-def is_exact(row, C, c, y):
-    """Say whether a step equals the one before it, as on a lattice; a plane bends one of angles by a little."""
-    off, coarse = abs(bent(row, C, c, y)), 0.0
-    if off <= EXACT * abs(y[c] - row[bank.of_coordinate(C, bank.LAST, c)]):
-        return True
-    for k in range(C):
-        coarse = max(coarse, row[bank.of_coordinate(C, bank.GRAIN, k)], abs(bent(row, C, k, y)))
-    return row[bank.of_coordinate(C, bank.STILL, c)] > 0.0 and off < FUZZ * coarse
-
-
-@kernel
-def shows_lattice(row, C, c, y):
+def shows_lattice(row, C, c, exact):
     """Say whether a plot is the first to leave a lattice whose step is not known: how far it goes says nothing."""
     was_still = row[bank.of_coordinate(C, bank.STILL, c)] > 0.0 and row[bank.of_coordinate(C, bank.GRAIN, c)] == 0.0
-    return was_still and not is_exact(row, C, c, y)
+    return was_still and exact[c] == 0.0
 
 
 @kernel
@@ -155,12 +154,12 @@ def fade_tails(task, row, C):
 
 
 @kernel
-def learn_tails(task, row, C, y, parts):
+def learn_tails(task, row, C, exact, parts):
     """Share the plot out among the scales that may have made it, but for that of wild ones."""
     first = bank.row_at(C).tails
     fade_tails(task, row, C)
     for c in range(C):
-        if is_exact(row, C, c, y):  # as on a lattice, whose errors are as large as its cells
+        if exact[c] > 0.0:  # as on a lattice, whose errors are as large as its cells
             row[first + EVEN] += 1.0 if row[bank.of_coordinate(C, bank.GRAIN, c)] > 0.0 else 0.0
             continue
         p = 0.0
@@ -176,30 +175,36 @@ def learn_tails(task, row, C, y, parts):
 
 
 @kernel
-def follow(task, row, C, i, T, mean, S, y, unit, scale, c):
-    """Return what the noise scale of member i, coordinate c, becomes."""
-    if row[bank.SEEN] < 2.0 or not math.isfinite(mean[i, c]):
+def follow(row, C, i, y, mean, S, share, least, scale, c):
+    """Return what the noise scale of member i, coordinate c, becomes, at least ``least``; no ``share``, as it was."""
+    if share[c] == 0.0 or not math.isfinite(mean[i, c]):
         return scale
-    if row[bank.of_coordinate(C, bank.GRAIN, c)] == 0.0 and is_exact(row, C, c, y):
-        return scale  # as on a lattice whose step is not known: nothing is learnt
     z2 = square(y[c] - mean[i, c]) / S[i, c]
     last = row[bank.of_coordinate(C, bank.SURPRISE, c)]
-    most, share = max(MOST, last), max(1.0 / task.noise, 1.0 / (row[bank.SEEN] + 3.0))
-    if min(z2, last) > LOUD:
-        share = AT_ONCE
-    scale *= 1.0 + (min(z2, most) - 1.0) * share
-    return max(scale, least_variance(task, row, T, c) / unit[c])
+    scale *= 1.0 + (min(z2, max(MOST, last)) - 1.0) * (AT_ONCE if min(z2, last) > LOUD else share[c])
+    return max(scale, least[c])
 
 
 @kernel
-def learn_noise(row, C, d, y, g, unit):
+def prepare_to_follow(task, row, C, T, unit, exact, share, least):
+    """Fill how much a plot counts for the noise scales of a coordinate, and the least that these can be."""
+    for c in range(C):
+        least[c] = least_variance(task, row, T, c) / unit[c]
+        share[c] = max(1.0 / task.noise, 1.0 / (row[bank.SEEN] + 3.0))
+        is_on_unknown_lattice = row[bank.of_coordinate(C, bank.GRAIN, c)] == 0.0 and exact[c] > 0.0
+        if row[bank.SEEN] < 2.0 or is_on_unknown_lattice:  # nothing is learnt
+            share[c] = 0.0
+
+
+@kernel
+def learn_noise(row, C, d, y, g, unit, exact):
     """Let the second differences of the first plots say what the variance of a plot is."""
     if row[bank.SEEN] < 2.0 or row[bank.SEEN] > LEARNT_BY:
         return
     for c in range(C):
         v, last = row[bank.of_coordinate(C, bank.SPEED, c)], row[bank.of_coordinate(C, bank.LAST, c)]
         ahead = d / exp(row[bank.GAP])
-        if is_exact(row, C, c, y):
+        if exact[c] > 0.0:
             continue
         e = y[c] - last - d * v
         z = e * e / (1.0 + square(1.0 + ahead) + ahead * ahead) / g[c]
@@ -208,20 +213,14 @@ def learn_noise(row, C, d, y, g, unit):
 
 
 @kernel
-def note(row, C, d, y, told, work):
+def note(row, C, d, y, told, off, exact):
     """Keep what the next step needs of the plot."""
     for c in range(C):
-        work[c] = 1.0 if is_exact(row, C, c, y) else 0.0
-    for c in range(C):
-        still, grain, off = (
-            bank.of_coordinate(C, bank.STILL, c),
-            bank.of_coordinate(C, bank.GRAIN, c),
-            abs(bent(row, C, c, y)),
-        )
-        if work[c] > 0.0:
+        still, grain = bank.of_coordinate(C, bank.STILL, c), bank.of_coordinate(C, bank.GRAIN, c)
+        if exact[c] > 0.0:
             row[still] += 1.0
         elif row[still] > 0.0:
-            row[grain] = min(row[grain], off) if row[grain] > 0.0 else off
+            row[grain] = min(row[grain], off[c]) if row[grain] > 0.0 else off[c]
             row[still] = 0.0
     for c in range(C):
         row[bank.of_coordinate(C, bank.SURPRISE, c)] = square(y[c] - told[c]) / told[C + c]

@@ -74,37 +74,32 @@ def tell(row, C, y, w, told, parts, out):
 
 
 @kernel
-def member_state(row, C, i, T, unit, x, V):
-    """Fill x (3C,) and V (3C, 3C): position, velocity, acceleration per coordinate, as member i has them."""
-    n = 3 * C
+def clear(V, n):
+    """Fill a matrix (n, n) with zeros."""
     for j in range(n):
-        x[j] = 0.0
         for k in range(n):
             V[j, k] = 0.0
-    if i < bank.KALMAN:
+
+
+@kernel
+def member_state(row, C, i, T, unit, x, V):
+    """Fill x (3C,) and the upper triangle of V (3C, 3C): position, velocity, acceleration as member i has them.
+
+    Members that are linear leave what links two coordinates, which is zero, as it is: `clear` it before the first.
+    """
+    if i >= bank.KALMAN:
+        circle.member_state(row, C, i - bank.KALMAN, x, V)
+    else:
         for c in range(C):
             at, h = bank.at_linear(C, i) + bank.LINEAR * c, 3 * c
             r, k = unit[c] * row[at + linear.SCALE], 0
             for j in range(3):
                 x[h + j] = row[at + j]
                 for l in range(j, 3):
-                    V[h + j, h + l] = V[h + l, h + j] = row[at + linear.P + k] * r
+                    V[h + j, h + l] = row[at + linear.P + k] * r
                     k += 1
             if i < bank.LINES:  # the mean acceleration between two plots
                 V[h + 2, h + 2] = bank.STRAIGHT[i][1] * r / square(square(T))
-        return
-    at = bank.at_circle(C, i - bank.KALMAN)
-    omega, vE, vN = row[at + 4], row[at + 1], row[at + 3]
-    x[0], x[1], x[2], x[3], x[4], x[5] = row[at], vE, omega * vN, row[at + 2], vN, -omega * vE
-    for j in range(n):
-        for k in range(n):
-            for a in range(5):
-                Ja = circle.slope(j, a, omega, vE, vN)
-                if Ja != 0.0:
-                    for b in range(5):
-                        Jb = circle.slope(k, b, omega, vE, vN)
-                        if Jb != 0.0:
-                            V[j, k] += Ja * Jb * row[at + circle.P + circle.index(min(a, b), max(a, b))]
 
 
 @kernel
@@ -117,8 +112,8 @@ def tell_state(task, row, C, T, w, unit, x, V, total, out):
     mean = out[bank.sample_at(C).state : bank.sample_at(C).state + n]
     for j in range(n):
         mean[j] = 0.0
-        for k in range(n):
-            total[j, k] = 0.0
+    clear(V, n)
+    clear(total, n)
     for i in range(bank.KALMAN + bank.circles(C)):
         if w[i] > 0.0:
             before, share = share, share + w[i]

@@ -66,46 +66,51 @@ def measure(row, C, i, c, w, r, A):
     at, n, h = at_pole(C, i), size(C), 2 * c + 1
     for j in range(n):
         A[0, j] = row[at + n + (_index(n, j, h) if j <= h else _index(n, h, j))]
-    S, e = A[0, h] + r, w - row[at + h]
+    S, e, p = A[0, h] + r, w - row[at + h], at + n
     for j in range(n):
         row[at + j] += A[0, j] * e / S
         for k in range(j, n):
-            jk = at + n + _index(n, j, k)
-            row[jk] = corrected(row[jk], j, k, h, A[0, j], A[0, k], r, S)
+            row[p] = corrected(row[p], j, k, h, A[0, j], A[0, k], r, S)
+            p += 1
 
 
 @kernel
-def step(row, C, i, w, F, A, B):
+def step(row, C, i, w, A, B):
     """Go on to the next plot; w of all coordinates is known by now. Return 1 where phi was held, 0 elsewhere."""
     at, n, rho = at_pole(C, i), size(C), RADII[i]
     learnt = row[at + n - 1]
     phi = min(max(learnt, -LARGEST), LARGEST)  # before anything is built with it
     row[at + n - 1] = phi
-    for j in range(n):
-        for k in range(n):
-            F[j, k] = 0.0
     for c in range(C):
         x2, x3 = 2 * c, 2 * c + 1
-        F[x2, x3], F[x3, x2], F[x3, x3], F[x3, n - 1] = -rho * rho, 1.0, 2 * rho, w[c]
         nu = w[c] - row[at + x3]
         row[at + x3] = row[at + x2] + phi * w[c] - 2 * rho * nu
         row[at + x2] = rho * rho * nu
-    F[n - 1, n - 1] = 1.0
+    p = at + n
     for j in range(n):
         for k in range(j, n):
-            A[j, k] = A[k, j] = row[at + n + _index(n, j, k)]
-    for j in range(n):
+            A[j, k] = A[k, j] = row[p]
+            p += 1
+    for c in range(C):  # B = F A: of F, row x2 has -rho^2 at x3; row x3 has 1, 2 rho and w at x2, x3 and phi
+        x2, x3 = 2 * c, 2 * c + 1
         for k in range(n):
-            B[j, k] = 0.0
-            for l in range(n):
-                B[j, k] += F[j, l] * A[l, k]
-    for j in range(n):
+            B[x2, k] = -rho * rho * A[x3, k]
+            B[x3, k] = A[x2, k] + 2 * rho * A[x3, k] + w[c] * A[n - 1, k]
+    for k in range(n):
+        B[n - 1, k] = A[n - 1, k]
+    p = at + n
+    for j in range(n):  # B F', its upper triangle
         for k in range(j, n):
-            total = 0.0
-            for l in range(n):
-                total += B[j, l] * F[k, l]
-            row[at + n + _index(n, j, k)] = max(total, 0.0) if j == k else total
-    last = at + n + _index(n, n - 1, n - 1)
+            if k == n - 1:
+                row[p] = B[j, k]
+            elif k % 2 == 0:
+                row[p] = -rho * rho * B[j, k + 1]
+            else:
+                row[p] = B[j, k - 1] + 2 * rho * B[j, k] + w[k // 2] * B[j, n - 1]
+            if j == k:
+                row[p] = max(row[p], 0.0)
+            p += 1
+    last = p - 1
     row[last] += WALK
     if learnt != phi:  # held, and learnt anew
         shrink(row, at, n, 0.0)

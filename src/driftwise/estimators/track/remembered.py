@@ -31,6 +31,7 @@ def keep(task, row, C, R, kept, to):
     T = bank.period(row)
     unit, g, x, V = kept[1, :C], kept[1, C : 2 * C], kept[1, 3 * C : 3 * C + n], kept[4 + 2 * M :]
     learning.measure_units(task, row, C, T, R, unit, g)
+    output.clear(V, 3 * C)
     for k in range(told(C)):
         at = k * size
         to[at] = row[bank.row_at(C).weights + k]
@@ -60,5 +61,5 @@ def pass_over_remembering(task, rows, q, kept, out, numbers):
             step.advance(task, numbers, rows[k, 0], nothing, q[k], told_of, kept)
             keep(task, kept[0], C, q[k], kept, to)
         step.advance(task, numbers, rows[k, 0], rows[k, 1:], q[k], told_of, kept)
-        if task.ahead == 0.0 and numbers[bank.SEEN] > 1.0:  # the room has it at this time, with or without a plot
-            keep(task, kept[0], C, q[k], kept, to)
+        if task.ahead == 0.0 and numbers[bank.SEEN] > 1.0:  # where the plot is not in the row, the room has it then
+            keep(task, numbers if numbers[bank.TIME] == rows[k, 0] else kept[0], C, q[k], kept, to)

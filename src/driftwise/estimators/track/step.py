@@ -48,21 +48,22 @@ def predict_all(row, C, T, d, unit, F, A, B):
 
 
 @kernel
-def correct_all(task, row, C, T, d, y, g, unit, mean, S, F, A, B, w):
+def correct_all(task, row, C, T, d, y, g, unit, mean, S, exact, A, B, w, share, least):
     """Take the plot into every member; return 1 where a pole was held."""
     for c in range(C):
         g[c] *= learning.repeated(row, C, c, y)
+    learning.prepare_to_follow(task, row, C, T, unit, exact, share, least)
     for i in range(bank.KALMAN):
         for c in range(C):
             at = bank.at_linear(C, i) + bank.LINEAR * c
             linear.correct(row, at, y[c] - row[at], g[c])
-            row[at + linear.SCALE] = learning.follow(task, row, C, i, T, mean, S, y, unit, row[at + linear.SCALE], c)
+            row[at + linear.SCALE] = learning.follow(row, C, i, y, mean, S, share, least, row[at + linear.SCALE], c)
     k, held = bank.KALMAN, 0.0
     for i in range(bank.circles(C)):
         for c in range(C):
             scale = bank.at_circle(C, i) + bank.CIRCULAR + c
             circle.correct(row, C, i, c, T, y[c], g[c] * unit[c] * row[scale], A)
-            row[scale] = learning.follow(task, row, C, k, T, mean, S, y, unit, row[scale], c)
+            row[scale] = learning.follow(row, C, k, y, mean, S, share, least, row[scale], c)
         if d > circle.LOST * T or not circle.speed(row, C, i) < judging.MADDEST * task.fastest:
             circle.start_over(row, C, i, T, unit)  # where its slopes do not hold, and differences cancel
         k += 1
@@ -78,8 +79,8 @@ def correct_all(task, row, C, T, d, y, g, unit, mean, S, F, A, B, w):
                 (y[c] - row[bank.of_coordinate(C, bank.LAST, c)]) / d - row[bank.of_coordinate(C, bank.SPEED, c)]
             ) * T
             pole.measure(row, C, i, c, w[c], g[c] * unit[c] * row[scale] / (ahead * ahead), A)
-            row[scale] = learning.follow(task, row, C, k, T, mean, S, y, unit, row[scale], c)
-        held = max(held, pole.step(row, C, i, w, F, A, B))
+            row[scale] = learning.follow(row, C, k, y, mean, S, share, least, row[scale], c)
+        held = max(held, pole.step(row, C, i, w, A, B))
         k += 1
     return held
 
@@ -101,15 +102,24 @@ def foretell(task, row, C, d, R, unit, g, mean, S, F, A, B, w, told):
 
 
 @kernel
-def absorb(task, row, C, T, d, y, unit, g, mean, S, F, A, B, w, told, parts, scores, x):
+def absorb(task, row, C, T, d, y, unit, g, mean, S, A, B, w, told, parts, scores, room):
     """Let a row that is at the time of a plot learn from it; return the status of one where a pole was held."""
+    n = pole.size(C)
+    x, off, exact, share, least = (
+        room[:n],
+        room[n : n + C],
+        room[n + C : n + 2 * C],
+        room[n + 2 * C :],
+        room[n + 3 * C :],
+    )
+    learning.compare_steps(row, C, y, off, exact)
     judging.watch(task, row, C, T, y, unit, w, mean, S)
-    judging.judge(task, row, C, T, y, unit, w, mean, S, scores)
+    judging.judge(task, row, C, T, y, unit, w, mean, S, exact, scores)
     if row[bank.SEEN] >= 2.0:
-        learning.learn_tails(task, row, C, y, parts)
-    learning.learn_noise(row, C, d, y, g, unit)
-    held = correct_all(task, row, C, T, d, y, g, unit, mean, S, F, A, B, x)
-    learning.note(row, C, d, y, told, x)
+        learning.learn_tails(task, row, C, exact, parts)
+    learning.learn_noise(row, C, d, y, g, unit, exact)
+    held = correct_all(task, row, C, T, d, y, g, unit, mean, S, exact, A, B, x, share, least)
+    learning.note(row, C, d, y, told, off, exact)
     return PROJECTED if held > 0.0 else 0.0
 
 
@@ -142,12 +152,15 @@ def drop_suspect(task, row, C):
 
 @kernel
 def advance(task, row, t, y, R, out, kept):
-    """Take one plot into ``row`` and write what it showed; NaN is no plot. ``kept`` is room."""
+    """Take one plot into ``row`` and write what it showed; NaN is no plot. ``kept`` is room.
+
+    Where the plot is not in ``row``, because it waits or there is none, ``kept[0]`` has the target at its time.
+    """
     C = int(task.coordinates)
     M, n = bank.members(C), max(3 * C, 5)
     ahead, room, other, spare = kept[0], kept[1], kept[4], kept[5]
     unit, g, z, x = room[:C], room[C : 2 * C], room[2 * C : 3 * C], room[3 * C : 3 * C + n]
-    was, stated, told, rival = room[20:22], room[22:24], room[24:30], room[30:36]
+    was, stated, told, rival, learnt = room[20:22], room[22:24], room[24:30], room[30:36], room[36:]
     w, scores = kept[2], kept[3, :M]
     parts = kept[3, M : M + C * bank.TAILS]
     mean, S = kept[6 : 6 + M], kept[6 + M : 6 + 2 * M]
@@ -165,11 +178,13 @@ def advance(task, row, t, y, R, out, kept):
         return
     for c in range(C):
         z[c] = y[c] - row[bank.of_coordinate(C, bank.FIRST, c)]
-    status, onset, doubt = 0.0 if row[bank.SEEN] > 1.0 else float(NOT_READY), 0.0, row[bank.DOUBT]
-    copy(row, other)
+    status, onset, d = 0.0 if row[bank.SEEN] > 1.0 else float(NOT_READY), 0.0, t - row[bank.TIME]
     waiting, is_true, waits = row[bank.SUSPECTED] > 0.0, False, False
+    T = bank.period(row)
     if waiting:  # as if the plot that waits were true, and what the less likely of the two expects
+        doubt = row[bank.DOUBT]
         is_true = doubt <= 0.5
+        copy(row, other)
         other[bank.SUSPECTED] = 0.0
         for c in range(C):
             was[c] = row[bank.of_coordinate(C, bank.SUSPECT, c)]
@@ -177,16 +192,14 @@ def advance(task, row, t, y, R, out, kept):
         d = row[bank.SUSPECTED]
         T = foretell(task, other, C, d, stated, unit, g, mean, S, F, A, B, w, told)
         output.tell(other, C, was, w, told, parts, spare)
-        absorb(task, other, C, T, d, was, unit, g, mean, S, F, A, B, w, told, parts, scores, x)
+        absorb(task, other, C, T, d, was, unit, g, mean, S, A, B, w, told, parts, scores, learnt)
         copy(row if is_true else other, ahead)
         foretell(task, ahead, C, t - ahead[bank.TIME], R, unit, g, mean, S, F, A, B, w, rival)
         output.tell(ahead, C, z, w, rival, parts, spare)
-    unlikely = judging.density(C, parts) + log(min(doubt, 1.0 - doubt)) if waiting and is_seen else -math.inf
-    copy(other if is_true else row, ahead)
-    d = t - ahead[bank.TIME]
-    T = foretell(task, ahead, C, d, R, unit, g, mean, S, F, A, B, w, told)
-    output.tell(ahead, C, z, w, told, parts, out)
-    if waiting:
+        unlikely = judging.density(C, parts) + log(min(doubt, 1.0 - doubt)) if is_seen else -math.inf
+        copy(other if is_true else row, ahead)
+        T = foretell(task, ahead, C, t - ahead[bank.TIME], R, unit, g, mean, S, F, A, B, w, told)
+        output.tell(ahead, C, z, w, told, parts, out)
         likely = judging.density(C, parts) + log(max(doubt, 1.0 - doubt)) if is_seen else 0.0
         output.blend(C, min(doubt, 1.0 - doubt), rival, told)
         output.tell(ahead, C, z, w, told, parts, out)
@@ -196,37 +209,41 @@ def advance(task, row, t, y, R, out, kept):
                 copy(other, row)
             else:
                 drop_suspect(task, row, C)
-        copy(other if is_true else row, ahead)
-        d = t - ahead[bank.TIME]
-        T = foretell(task, ahead, C, d, R, unit, g, mean, S, F, A, B, w, told)
-        output.tell(ahead, C, z, w, told, parts, spare)
+        d = t - row[bank.TIME]
+    if is_seen or not waiting:
+        copy(row, other)  # what it stays without this plot
+        T = foretell(task, row, C, d, R, unit, g, mean, S, F, A, B, w, told)
+        output.tell(row, C, z, w, told, parts, spare if waiting else out)
     if is_seen:
-        waits = not is_true and suspect(row, C, d, z, R, parts)
+        waits = not is_true and suspect(other, C, d, z, R, parts)
         if waits:
             status += OUTLIER
-            output.tell_state(task, ahead, C, T, w, unit, x, A, F, spare)
-        status += absorb(task, ahead, C, T, d, z, unit, g, mean, S, F, A, B, w, told, parts, scores, x)
-        judging.weigh(ahead, C, mean, w)
+            output.tell_state(task, row, C, T, w, unit, x, A, F, spare)
+        status += absorb(task, row, C, T, d, z, unit, g, mean, S, A, B, w, told, parts, scores, learnt)
+        judging.weigh(row, C, mean, w)
         if not waits:
-            ahead[bank.TIME] = t
-            if ahead[bank.ALERT] == 0.0 and ahead[bank.LEAD] > TOLD_ABOVE:
-                ahead[bank.ALERT] = onset = 1.0
-            elif ahead[bank.LEAD] < OVER_BELOW:
-                ahead[bank.ALERT] = 0.0
-            copy(ahead, row)
+            row[bank.TIME] = t
+            if row[bank.ALERT] == 0.0 and row[bank.LEAD] > TOLD_ABOVE:
+                row[bank.ALERT] = onset = 1.0
+            elif row[bank.LEAD] < OVER_BELOW:
+                row[bank.ALERT] = 0.0
     else:
         status += MISSING_OUTPUT
         for c in range(C):
             out[bank.column(C, 1, c)] = out[bank.column(C, 3, c)] = out[bank.column(C, 4, c)] = out[
                 bank.column(C, 5, c)
             ] = math.nan
-    output.tell_state(task, ahead, C, T, w, unit, x, A, F, out)
+    if waits or not (is_seen or waiting):
+        copy(row, ahead)
+        copy(other, row)
+    now = ahead if waits or not is_seen else row
+    output.tell_state(task, now, C, T, w, unit, x, A, F, out)
     if waits:
         output.blend_state(C, row[bank.DOUBT], spare, out)
     output.tell_place(row, C, out)
     output.tell_turn(C, out)
-    output.tell_pole(ahead, C, w, out)
-    out[reported + bank.MANOEUVRING], out[reported + bank.ONSET] = ahead[bank.MANOEUVRE], onset
+    output.tell_pole(now, C, w, out)
+    out[reported + bank.MANOEUVRING], out[reported + bank.ONSET] = now[bank.MANOEUVRE], onset
     out[reported + bank.STATUS] = status
 
 
