@@ -174,3 +174,16 @@ def test_what_a_change_takes_is_that_of_least_squares_with_it_at_every_place(kin
         left = [np.linalg.lstsq(X, r, rcond=None)[1].item() for X in (now.basis, np.hstack([now.basis, d]))]
         expected.append((left[0] - left[1]) / 2)
     np.testing.assert_allclose(scanned(now, kind, 0, places, r), expected, rtol=1e-7)
+
+
+def test_changes_between_scattered_samples_of_slow_noise_are_told_and_none_that_are_not_there():
+    """One sample in four is seen: slow noise was taken for white, and told as changes of the level."""
+    counts = []
+    for seed, level in ((1, 0.0), (3, 3.0)):
+        rng = np.random.default_rng(seed)
+        noise = lfilter([0.2], [1.0, -0.97], rng.normal(size=2000))
+        u = np.repeat(rng.choice([-1.0, 1.0], 50), 40)
+        y = lfilter([0.0, 0.2], [1.0, -0.8], u) + noise + level * (np.arange(2000) >= 1100)
+        y[rng.random(2000) > 0.25] = np.nan
+        counts.append([jump.kind for jump in found(y, u[:, None])])
+    assert counts == [[], [LEVEL]]

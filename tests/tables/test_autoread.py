@@ -127,6 +127,9 @@ def test_kinds_of_sampling():
     assert judge_sampling(np.cumsum(rng.uniform(1.0, 2.0, 200))).kind == "uneven"
     assert judge_sampling(np.cumsum(np.where(k % 10 < 8, 0.1, 60.0))).kind == "irregular"
     assert judge_sampling(np.zeros(5)).kind == judge_sampling(np.full(5, NaN)).kind == "none"
+    scattered = 15.0 * np.cumsum(rng.geometric(0.25, 300))
+    assert judge_sampling(scattered)[:2] == ("irregular", 15.0)  # a clock on which each row has a tick of its own
+    assert judge_sampling(scattered + 7e-3 * rng.random(300))[1] == pytest.approx(15.0, abs=0.02)
     gaps = np.concatenate((k[:50], k[60:100], k[150:] + 5000))
     assert (judge_sampling(gaps).gaps, judge_sampling(gaps).restarts) == (1, 1)
     assert judge_sampling(np.concatenate((k, k, k))).restarts == 2

@@ -10,6 +10,7 @@ import numpy as np
 from ..results.numbers import odds_words
 from .noise_jumps import LEAST
 from .segmentation import GAIN, LEVEL, Hindsight, Jump, Visible, hindsight
+from .unseen_inputs import expected
 
 MOST = 20  # changes that are kept, the surest
 BEFORE = 1000  # samples of the piece before that are looked at again
@@ -35,8 +36,9 @@ class Change:
 class ChangeLog:
     """Changes of a record that comes in pieces; the end of the last piece is looked at together with the next."""
 
-    def __init__(self, inputs=()):
+    def __init__(self, inputs=(), is_held=False):
         self.inputs, self.changes, self.count = inputs, [], 0
+        self.is_held = is_held  # whether inputs are known at some rows alone, and were held between them
         self.last: Change | None = None
         self.hindsight: Hindsight | None = None  # of the last piece
         self.visible: Visible | None = None  # the smallest jumps that would have been told of it
@@ -52,7 +54,7 @@ class ChangeLog:
             y, u, time = (np.concatenate(pair) for pair in zip(self._tail, (y, u, time)))
         first = self.samples - before
         known = -math.inf if self.last is None else self.last.since + 2 * LEAST
-        self.hindsight = hindsight(y, u)
+        self.hindsight = hindsight(y, u, *([unheld(y, u)] if self.is_held and u.shape[1] else []))
         for jump in self.hindsight.jumps() if self.hindsight else []:
             if jump.at + first > known:
                 self._tell(jump, first, time)
@@ -69,6 +71,12 @@ class ChangeLog:
         )  # fmt: skip
         self.count += 1
         self.changes = surest([*self.changes, self.last])
+
+
+def unheld(y, u) -> np.ndarray:
+    """Return inputs (T, k) that were held between the rows of an irregular clock as they are expected there."""
+    rows = np.flatnonzero(np.isfinite(y) | (np.diff(u, axis=0, prepend=np.nan) != 0).any(axis=1))
+    return np.column_stack([expected(x, rows) for x in u.T])
 
 
 def waits(y, u) -> np.ndarray:

@@ -49,9 +49,9 @@ def effects(now: Response, kind: str, i: int, places) -> list[np.ndarray]:
 
 def later(now: Response, response, places) -> np.ndarray:
     """Return what comes of the first sample, (T, 1), whitened, as it comes of each of the places (.., 1): shifted."""
-    first = linear_filter(np.append(1.0, now.f), [1.0], response)
-    T, rows = len(first), now.rows
-    return np.append(np.zeros(T), first)[T - places + rows] / now.sigma[rows]
+    first, T, rows = linear_filter(now.white, [1.0], response), len(response), now.rows
+    found = np.append(np.zeros(T), first)[T - places + rows] / now.sigma[rows]
+    return found if now.bridge is None else now.bridge.whitened(found)
 
 
 def scanned(now: Response, kind: str, i: int, places, r) -> np.ndarray:
@@ -60,7 +60,9 @@ def scanned(now: Response, kind: str, i: int, places, r) -> np.ndarray:
     It is a response that begins there, `effects`: its product with a signal, for each place, is that signal filtered by
     it from the end of the record on.
     """
-    T, n, Q, F, A = len(now.used), len(now.rows), now.basis, np.append(1.0, now.f), np.ones(1)
+    if now.bridge is not None:  # what comes of one place is not shifted to another
+        return np.array([0.5 * float(np.sum(part_of(now, kind, i, at, r)[0] ** 2)) for at in places])
+    T, n, Q, F, A = len(now.used), len(now.rows), now.basis, now.white, np.ones(1)
     size, targets = np.zeros(T), np.zeros((T, 1 + Q.shape[1]))
     size[now.rows] = now.weight / now.sigma[now.rows]
     targets[now.rows] = size[now.rows, None] * np.column_stack([r, Q])
@@ -94,7 +96,7 @@ def driven_from(now: Response, i: int, places, targets, power, step) -> tuple[np
     What it does from p on is y, what it does in all, less what goes on of all before p: some impulses at p, p + 1, ..
     through 1/A. ``power`` (T,) weighs squares.
     """
-    T, F, A, x = len(now.used), np.append(1.0, now.f), now.denominator, now.driven(i, now.moved(i))
+    T, F, A, x = len(now.used), now.white, now.denominator, now.driven(i, now.moved(i))
     y, many = linear_filter(F, A, x), max(len(F), len(A)) - 1
     before = np.arange(1, many + 1)
     past = [np.where(places[:, None] >= before, one[places[:, None] - before], 0.0) for one in (y, x)]

@@ -154,6 +154,8 @@ def abrupt(now: Response) -> tuple[int, float] | None:
     pattern of its own. A lone sample that is far off has another: where that explains more, nothing steps.
     """
     whole = replace(now, used=np.isfinite(now.record.y), cache={"slopes": now.slopes()})
+    if now.record.is_scattered:
+        return None  # no onset is seen
     f = np.append(1.0, now.f)
     T, reach = len(whole.used), REACH + len(f)
     z = np.zeros(T)

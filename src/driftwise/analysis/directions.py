@@ -119,7 +119,7 @@ def answering(columns: dict[str, Any], name: str) -> Explained:
 def _missed(response: Response) -> float:
     """Return the mean square of a response's errors one step ahead, of all that was measured."""
     whole = replace(response, used=np.isfinite(response.record.y), sigma=np.ones(len(response.sigma)), cache={})
-    return float(np.mean(whole.left**2)) if len(whole.rows) else math.inf
+    return float(np.mean((whole.left * whole.spread) ** 2)) if len(whole.rows) else math.inf
 
 
 def settled(table: OpenTable, output=None, inputs=None, time=None, dt=None) -> Table:

@@ -95,7 +95,7 @@ def of_model(model, inputs: int, count: int) -> Effects:
 def of_response(found: Hindsight) -> Effects:
     """Return the effects of a response that was fitted in hindsight, as they are at its end."""
     now, k = found.response, len(found.response.b)
-    error = float(np.sqrt(np.mean(now.sigma[now.rows] ** 2))) * found.y_scale
+    error = float(np.sqrt(np.mean(now.spread**2))) * found.y_scale
     if not k:
         return Effects((), None, error, True)
     P = now.covariance()

@@ -16,6 +16,7 @@ import numpy as np
 from ..models.filtering import linear_filter
 from ..results.stable import is_endless
 from .response_record import COLOUR, FAR, HUBER, SHARE, Record, autoregression, delayed, least_squares, local_size
+from .scattered_noise import Bridge, bridge, scattered
 
 STEPS, SHRINK = 8, (1.0, 0.4, 0.1)  # of Gauss and Newton, and how much of one is tried
 PARTS = "bends", "gains", "shifts", "ramps", "start", "columns", "levels"  # of the numbers beside A and B, in order
@@ -79,7 +80,7 @@ class Response:
     def at(self, theta) -> Response:
         """Return the same with other parameters."""
         n, m = len(self.a), self.b.size
-        kept = {name: self.cache[name] for name in ("placed", "rows") if name in self.cache}
+        kept = {name: self.cache[name] for name in ("placed", "rows", "bridge") if name in self.cache}
         return replace(self, a=theta[:n], b=theta[n : n + m].reshape(self.b.shape), more=theta[n + m :], cache=kept)
 
     @property
@@ -219,15 +220,39 @@ class Response:
         if "rows" not in self.cache:
             clear = self.used.copy()
             clear[: max(max(self.nk, default=0) + self.b.shape[1] - 1, 0)] = False  # driven by inputs before the record
-            for j in range(1, len(self.f) + 1):
+            for j in range(1, len(self.f) + 1 if not self.record.is_scattered else 1):
                 clear[j:] &= self.used[:-j]
                 clear[:j] = False
             self.cache["rows"] = np.flatnonzero(clear)
         return self.cache["rows"]
 
+    @property
+    def bridge(self) -> Bridge | None:
+        """How noise is whitened by the sample before, however long ago that was; None where most follow another."""
+        if not (self.record.is_scattered and len(self.f)):
+            return None
+        if "bridge" not in self.cache:
+            self.cache["bridge"] = bridge(-float(self.f[0]), float(self.f[1:].sum()), self.rows)
+        return self.cache["bridge"]
+
+    @property
+    def spread(self) -> np.ndarray:
+        """The deviation of what the past leaves open of y, at the rows that count."""
+        return self.sigma[self.rows] * (1.0 if self.bridge is None else self.bridge.size)
+
+    @property
+    def white(self) -> np.ndarray:
+        """The polynomial that whitens samples which follow each other, 1, f1, ..; 1 beside a `bridge`."""
+        return np.append(1.0, [] if self.record.is_scattered else self.f)
+
+    def at_rows(self, x) -> np.ndarray:
+        """Return signals (.., T) that went through `white` at the rows that count, in deviations of white noise."""
+        found = x[..., self.rows] / self.sigma[self.rows]
+        return found if self.bridge is None else self.bridge.whitened(found)
+
     def whitened(self, x, a=(1.0,)) -> np.ndarray:
         """Return signals (.., T), through 1/a, at the rows that count, in deviations of white noise."""
-        return linear_filter(np.append(1.0, self.f), a, x.T).T[..., self.rows] / self.sigma[self.rows]
+        return self.at_rows(linear_filter(self.white, a, x.T).T)
 
     @property
     def left(self) -> np.ndarray:
@@ -287,7 +312,7 @@ class Response:
         """Return the same with the noise that is left: outliers aside, its colour, its deviation."""
         T, measured = len(self.record.y), np.isfinite(self.record.y)
         left = np.where(self.used, np.where(measured, self.record.y, 0.0) - self.mean, np.nan)
-        f = autoregression(left, COLOUR)
+        f = self.colour(left)
         now = replace(self, f=f, sigma=np.ones(T), cache={"slopes": self.slopes()})
         shape = self.sigma / math.exp(float(np.mean(np.log(self.sigma))))
         s = now.left / shape[now.rows]
@@ -297,6 +322,13 @@ class Response:
                 float(np.sqrt(np.mean(s**2 * np.minimum(1.0, HUBER * sigma / np.maximum(abs(s), 1e-300))))), 1e-300
             )
         return replace(now, sigma=np.maximum(sigma * shape, self.record.floor), cache={"slopes": self.slopes()})
+
+    def colour(self, left) -> np.ndarray:
+        """Return f of the noise that is left, (T,), NaN where not known."""
+        if not self.record.is_scattered:
+            return autoregression(left, COLOUR)
+        found = scattered((left / self.sigma)[self.rows], self.rows)
+        return np.array([-found[0], *found[1:]]) if found else np.zeros(0)
 
     def without_outliers(self) -> Response:
         """Return the same without samples that stand far out of their surroundings."""
@@ -365,7 +397,7 @@ class Response:
     @property
     def criterion(self) -> float:
         """Schwarz's: less is better, of responses of one record; an outlier counts as a sample at that distance."""
-        s, measured = self.sigma[self.rows], self.measured
+        s, measured = self.spread, self.measured
         misfit = 2 * float(np.mean(np.log(s))) + 2 * self.loss() / max(len(self.rows), 1)
         misfit += (measured - int(self.used.sum())) / measured * (2 * HUBER * FAR - HUBER**2)
         return measured * misfit + (len(self.theta) + len(self.f)) * math.log(measured)

@@ -138,6 +138,8 @@ def begun(start: Response, poles, n: int, m: int) -> Response:
 
 def equation(plain: Response, n: int, m: int) -> Response | None:
     """Return a start at the poles of the likeliest difference equation, as if its errors were white."""
+    if plain.record.is_scattered:
+        return None
     y, x = levelled(plain), moving(plain)
     scan = DelayScan(y, x, n, (m,) * x.shape[1], max(latest(y), 1))
     if not scan.is_enough:
@@ -202,12 +204,12 @@ def linear(start: Response, a, nk, m: int) -> Response:
     k, at = len(start.b), start.placed()
     more = np.insert(np.delete(start.more, at["start"]), at["start"].start, np.zeros(len(a)))
     found = replace(start, a=np.asarray(a), b=np.ones((k, m)), nk=tuple(nk), more=more, cache={})
-    size, first, rows = found.b.size, found.placed()["start"].start, found.rows
+    size, first = found.b.size, found.placed()["start"].start
     y, level = whitened_before(start)
     signals = found.before()
     own = np.array([*signals[:size], *signals[size + first :]])
-    X = np.vstack([found.whitened(own, found.denominator), level[:, rows] / found.sigma[rows]]).T
-    y = y[rows] / found.sigma[rows]
+    X = np.vstack([found.whitened(own, found.denominator), found.at_rows(level)]).T
+    y = found.at_rows(y)
     w: np.ndarray = np.ones(len(y))
     for _ in range(2):
         value = least_squares(X * w[:, None], y * w)
@@ -223,14 +225,14 @@ def whitened_before(start: Response) -> tuple[np.ndarray, np.ndarray]:
     """Return the outputs, zero where not used, and what moves their level, (m, T), filtered by the noise: for all A."""
     if "before" not in start.cache:
         signals = np.vstack([np.where(start.used, start.record.y, 0.0), start.beside])
-        signals = linear_filter(np.append(1.0, start.f), [1.0], signals.T).T
+        signals = linear_filter(start.white, [1.0], signals.T).T
         start.cache["before"] = signals[0], signals[1:]
     return start.cache["before"]
 
 
 def delays(now: Response, a, nk, m: int) -> tuple[int, ...]:
     """Return the delays that leave least with such poles, under the noise of ``now``, one input after the other."""
-    white = np.append(1.0, now.f)
+    white = now.white
     if "levelled" not in now.cache:  # the same for all poles that are tried
         y = levelled(now)
         late = lagged(y, range(len(white)))

@@ -28,6 +28,9 @@ class Record:
     u: np.ndarray
     shapes: tuple[np.ndarray, ...]  # of each input (m, T), without a straight part
     floor: float  # what rounding leaves of the noise, at least
+    is_scattered: bool = (
+        False  # whether few samples follow each other: they are whitened by the one before, if long ago
+    )
 
 
 def recorded(y, u) -> tuple[Record, float, np.ndarray, np.ndarray]:
@@ -38,8 +41,16 @@ def recorded(y, u) -> tuple[Record, float, np.ndarray, np.ndarray]:
     y_scale, u_scale = deviation(seen) or 1.0, np.array([deviation(x) or 1.0 for x in u.T])
     middle = u.mean(axis=0)
     v = (u - middle) / u_scale
-    record = Record((y - np.median(seen)) / y_scale, v, tuple(shapes(x) for x in v.T), rounding(seen) / y_scale)
+    record = Record(
+        (y - np.median(seen)) / y_scale, v, tuple(shapes(x) for x in v.T), rounding(seen) / y_scale, is_scattered(y)
+    )  # fmt: skip
     return record, y_scale, u_scale, middle
+
+
+def is_scattered(y) -> bool:
+    """Say whether less than `HALF` of the samples that were measured follow another."""
+    known = np.isfinite(y)
+    return int(np.count_nonzero(known[1:] & known[:-1])) < HALF * int(np.count_nonzero(known))
 
 
 def shapes(x) -> np.ndarray:

@@ -102,8 +102,10 @@ def unseen(jump: Jump, seen) -> Jump:
     return jump._replace(at=(first + jump.at) // 2, interval=(min(low, first), max(high, jump.at)))
 
 
-def hindsight(y, u) -> Hindsight | None:
+def hindsight(y, *readings) -> Hindsight | None:
     """Return what was found in a record, y (T,) and u (T, k); None where too few outputs were measured.
+
+    Of several readings of what the inputs did, the one is taken under which y is likeliest before anything changes.
 
     One response of all inputs beside coloured noise is fitted (`response`). A change is added where it explains most:
     a step of the level, of the gain of an input, or what is none: an input that bends, a gain that moves along a line,
@@ -116,6 +118,8 @@ def hindsight(y, u) -> Hindsight | None:
     """
     if np.isfinite(y).sum() <= 2 * LEAST:
         return None
-    record, y_scale, u_scale, middle = recorded(y, u)
-    found = [searched(one) for one in beginnings(record)]
-    return Hindsight(min(found, key=lambda one: one.dated_criterion), y_scale, u_scale, middle) if found else None
+    begun = [(beginnings(read[0]), read[1:]) for read in (recorded(y, u) for u in readings)]
+    least = [min((one.dated_criterion for one in found), default=math.inf) for found, _ in begun]
+    found, units = begun[int(np.argmin(least))]
+    searches = [searched(one) for one in found]
+    return Hindsight(min(searches, key=lambda one: one.dated_criterion), *units) if searches else None

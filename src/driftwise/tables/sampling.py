@@ -10,6 +10,7 @@ LONGEST_GAP = 1000  # samples; a longer silence is a restart
 RESTART_ROWS = 20  # missing rows that stand for a restart: enough to empty the lags of a model
 LATE = 5  # steps that a stamp may go back and still be a row that came late
 GAPS = {"regular": 1.75, "uneven": 2.5}  # a step longer than this many usual steps lost samples
+ROUNDING = 0.02  # of a tick, by which stamps may be off
 DENSEST = 6  # rows of the regular clock per row of the file, at most
 
 
@@ -62,7 +63,9 @@ def judge_sampling(time) -> Sampling:
     else:
         kind = "irregular"
         span = forward[ratio <= LONGEST_GAP].sum()
-        dt = max(dt, float(f"{span / (DENSEST * forward.size):.3g}"))
+        least = span / (DENSEST * forward.size)
+        common = divisor(forward, least)
+        dt = common or max(dt, float(f"{least:.3g}"))
     stamps = time[np.isfinite(time)]
     again, _ = starts_again(stamps, dt, stamps[0])
     restarts = int(np.count_nonzero(again) + np.count_nonzero(forward > (LONGEST_GAP + 1) * dt))
@@ -78,6 +81,19 @@ def judge_sampling(time) -> Sampling:
         float(low),
         float(high),
     )
+
+
+def divisor(steps, least: float) -> float:
+    """Return the longest time that all steps are multiples of, ``least`` or more; 0 where there is none."""
+    size = float(steps.min())
+    while size >= least:
+        many = np.round(steps / size)
+        size = float(steps.sum() / many.sum())
+        rest = abs(steps - size * many)
+        if rest.max() <= ROUNDING * size:
+            return float(f"{size:.9g}") if size >= least else 0.0
+        size = float(rest[rest > ROUNDING * size].min())
+    return 0.0
 
 
 def starts_again(stamps, dt: float, start: float):

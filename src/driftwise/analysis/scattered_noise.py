@@ -1,0 +1,106 @@
+"""Noise between samples of which few follow each other: what decays over any gap, and what each sample adds.
+
+v(t) = m(t) + w(t), m(t + d) = phi^d m(t) + e (Uhlenbeck and Ornstein, 1930, at the instants of a clock), w white; the
+variance of e is (1 - phi^(2 d))/(1 - phi^2). What the past leaves open is whitened by Kalman's filter of one state.
+Bad at: noise that swings, or is sharper than that from sample to sample.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+TIMES, SHARES = 16, (0.0, 0.3, 1.0, 3.0, 10.0)  # that are tried: of the decay, of the variance of w in that of a step
+FASTEST, LONGEST = 0.3, 4  # samples of the shortest time; part of the record of the longest
+FINER = 1.25  # steps by which the best of them is moved
+ROWS, FEW = 1000, 20  # by which they are compared, at most; below which noise is white
+
+
+class Bridge(NamedTuple):
+    """m(k) = keep m(k-1) + take v(k-1) is expected of v(k), and missed by ``size``: (n,) each, size of unit steps."""
+
+    keep: np.ndarray
+    take: np.ndarray
+    size: np.ndarray
+
+    def whitened(self, x) -> np.ndarray:
+        """Return what the past leaves open of signals (.., n), in deviations."""
+        from scipy.linalg.lapack import dtbtrs
+
+        flat = x.reshape(-1, x.shape[-1])
+        ahead = np.zeros((x.shape[-1], len(flat)), order="F")
+        ahead[1:] = (flat[:, :-1] * self.take[1:]).T
+        band = np.ones((2, len(ahead)), order="F")
+        band[1, :-1] = -self.keep[1:]
+        expected, _ = dtbtrs(band, ahead, uplo="L", diag="U", overwrite_b=True)
+        return ((flat - expected.T) / self.size).reshape(x.shape)
+
+
+def bridge(phi: float, share: float, at) -> Bridge:
+    """Return how samples ``at`` (n,) follow from each other; ``share`` is the variance of w in that of a step."""
+    decays = np.append(1.0, phi ** np.diff(at))
+    still = 1 / max(1 - phi * phi, 1e-12)
+    P, gain, keep, take, size = still, 0.0, np.empty(len(at)), np.empty(len(at)), np.empty(len(at))
+    for k, decay in enumerate(decays.tolist()):
+        keep[k], take[k] = decay * (1 - gain), decay * gain
+        if k:
+            P = decay * decay * P * (1 - gain) + (1 - decay * decay) * still
+        gain = P / (P + share)
+        size[k] = P + share
+    return Bridge(keep, take, np.sqrt(size))
+
+
+def scattered(v, at) -> tuple[float, ...]:
+    """Return (phi, share) of values ``v`` (n,) at samples ``at``; (phi,) or () where Schwarz's criterion prefers that.
+
+    Examples
+    --------
+    >>> rng = np.random.default_rng(0)
+    >>> m = np.zeros(4000)
+    >>> for t in range(1, 4000):
+    ...     m[t] = 0.95 * m[t - 1] + rng.normal()
+    >>> at = np.flatnonzero(rng.random(4000) < 0.25)
+    >>> phi, share = scattered(m[at] + rng.normal(size=len(at)), at)
+    >>> 0.92 < phi < 0.97, 0.2 < share < 3
+    (True, True)
+    >>> scattered(rng.normal(size=len(at)), at)
+    ()
+    """
+    v, at = v[:ROWS], at[:ROWS]
+    n = len(v)
+    if n < FEW:
+        return ()
+    longest = max((at[-1] - at[0]) / LONGEST, 2 * FASTEST)
+    times, shares = (x.ravel() for x in np.meshgrid(np.geomspace(FASTEST, longest, TIMES), SHARES))
+    value = misfits(v, at, times, shares)
+    best: list[tuple[tuple[float, ...], float]] = [((), n * math.log(float(v @ v) / n + 1e-300))]
+    for many, ok in ((1, shares == 0.0), (2, shares > 0.0)):
+        k = int(np.argmin(np.where(ok, value, np.inf)))
+        step = FINER ** np.arange(-2, 3)
+        some, more = (x.ravel() for x in np.meshgrid(times[k] * step, shares[k] * step[:: 1 if many == 2 else 5]))
+        finer = misfits(v, at, some, more)
+        j = int(np.argmin(finer))
+        found = (math.exp(-1 / float(some[j])), float(more[j]))[:many]
+        best.append((found, float(finer[j]) + many * math.log(n)))
+    return min(best, key=lambda one: one[1])[0]
+
+
+def misfits(v, at, times, shares) -> np.ndarray:
+    """Return minus twice the log likelihoods of several decays and shares (S,) each, the deviation at its best."""
+    phi = np.exp(-1 / times)
+    still = 1 / -np.expm1(-2 / times)
+    P, m, squares, logs = still, np.zeros(len(phi)), np.zeros(len(phi)), np.zeros(len(phi))
+    gaps = np.append(np.diff(at), 0)
+    powers = {int(gap): phi ** int(gap) for gap in np.unique(gaps)}
+    for x, gap in zip(v.tolist(), gaps.tolist()):
+        size = P + shares
+        e = x - m
+        gain = P / size
+        squares += e * e / size
+        logs += np.log(size)
+        decay = powers[gap]
+        m = decay * (m + gain * e)
+        P = decay * decay * (P * (1 - gain) - still) + still
+    return len(v) * np.log(squares / len(v) + 1e-300) + logs
