@@ -283,6 +283,7 @@ def test_a_member_that_ran_away_is_named_and_forecasts_no_more(monkeypatch):
     identifier.add(y, u)
     away = {rival.name for rival in identifier.rivals if rival.ran_away}
     assert away and not identifier.chosen.ran_away
+    assert identifier.rivals[0].evidence == 0.0  # odds are those beside the best that still forecasts
     assert away.isdisjoint(name.rsplit(",", 1)[0] for name in identifier._average.names)
     assert np.isfinite(identifier.add(y[:50], u[:50]).prediction).all()
 

@@ -31,7 +31,7 @@ class Rival(NamedTuple):
 
     candidate: Candidate
     memory: Any
-    evidence: float  # log density of the outputs, below that of the best; of the first half `LEARNING`
+    evidence: float  # log density of the outputs, beside the best that has not run away; of the first half `LEARNING`
     rmse: float
     unknowns: int
     ran_away: bool = False  # its errors were ten times those of the mean of y: it forecasts no more
@@ -130,9 +130,10 @@ class Identifier:
         found: dict[str, Rival] = {}
         for (c, memory), log, square in zip(self._members, evidence, squares):
             rmse = math.sqrt(square / count)
-            rival = Rival(c, memory, float(log - evidence.max()), rmse, c.unknowns, rmse > AWAY * self.naive["mean"])
+            rival = Rival(c, memory, float(log), rmse, c.unknowns, rmse > AWAY * self.naive["mean"])
             found[c.name] = max(found.get(c.name, rival), rival, key=lambda r: (not r.ran_away, r.evidence))
-        self.rivals = sorted(found.values(), key=lambda r: (r.ran_away, -r.evidence))
+        ranked = sorted(found.values(), key=lambda r: (r.ran_away, -r.evidence))
+        self.rivals = [rival._replace(evidence=rival.evidence - ranked[0].evidence) for rival in ranked]
         forgets = np.array([isinstance(memory, ExponentialForgetting) for _, memory in self._members])
         constant = np.array([c.is_linear for c, _ in self._members]) & ~forgets
         self.is_changing = bool(evidence[forgets].max() > evidence[constant].max() + SEEN)
