@@ -37,6 +37,7 @@ class Followed(NamedTuple):
     plots: int
     nis: float  # mean over its plots that are not wild
     most_nis: float  # the same without the three largest
+    quiet_nis: float  # the same without those in a manoeuvre and just after
     plot_share: float  # of its plots that are not wild, in their 95 % band
     position: tuple[float, float]  # share of coordinates in the 95 % band, plots
     velocity: tuple[float, float]
@@ -107,14 +108,15 @@ def follow(scene: Scene, track, seen: Seen, index: np.ndarray) -> Followed:
     sd = np.maximum(trace.position_sd, 1e-12)
     far = np.max(np.abs(off) / sd, axis=1)[late]
     in_manoeuvre = within(track.plots.time, path.manoeuvres)[late]
+    near = within(track.plots.time, [(begin, end + AFTER * scan) for begin, end in path.manoeuvres])[late]
     unit = 2 * np.log(scene.sensors[0].deviation)
     outside = np.minimum(trace._column("lower"), trace._column("upper"))[late][tame]
     held_v = np.abs(off_v[late]) <= NORMAL_95 * trace.velocity_sd[late]
     held_p = np.abs(off[late]) <= NORMAL_95 * sd[late]
     quiet, false, delays = onsets(scene, track.plots.time, trace.onset, path, scan)
     return Followed(
-        scene, len(track), average(nis), average(np.sort(nis)[:-FEW]), average(outside >= 0.025), share(held_p),
-        share(held_v), share(held_v[in_manoeuvre]),
+        scene, len(track), average(nis), average(np.sort(nis)[:-FEW]), average(nis[~near[tame]]),
+        average(outside >= 0.025), share(held_p), share(held_v), share(held_v[in_manoeuvre]),
         average(trace.log_score[late][tame].sum(axis=1) + unit), rms(off[late]) / scene.sensors[0].deviation,
         rms(off_v[late]), runs(far > LOST[0], LOST[1]), float(np.max(far, initial=0.0)), quiet, false, delays, scan,
     )  # fmt: skip
