@@ -59,13 +59,15 @@ def _all_products(signals, spans) -> np.ndarray:
     after = [x[:-span:-1] for x, span in zip(latest, spans)]
     found: list[list] = [[None] * len(spans) for _ in spans]
     for i, j in zip(*np.tril_indices(len(spans))):
-        G = np.empty((spans[i], spans[j]))
-        G[0] = np.correlate(latest[j], latest[i][spans[i] - 1 :])[::-1]
-        G[:, 0] = np.correlate(latest[i], latest[j][spans[j] - 1 :])[::-1]
-        ends = np.multiply.outer(before[i], before[j]) - np.multiply.outer(after[i], after[j])
-        for a in range(spans[i] - 1):
-            G[a + 1, 1:] = G[a, :-1] + ends[a]
-        found[i][j], found[j][i] = G, G.T
+        p, q = spans[i], spans[j]
+        line = np.zeros(p * (p + q + 1))  # rows of p + q: what is below and to the right of it is p + q + 1 further
+        G = line[: p * (p + q)].reshape(p, p + q)
+        G[0, :q] = np.correlate(latest[j], latest[i][p - 1 :])[::-1]
+        G[:, 0] = G[0, :q] if i == j else np.correlate(latest[i], latest[j][q - 1 :])[::-1]
+        G[1:, 1:q] = np.multiply.outer(before[i], before[j]) - np.multiply.outer(after[i], after[j])
+        steps = line.reshape(p, p + q + 1)
+        np.cumsum(steps, axis=0, out=steps)
+        found[i][j], found[j][i] = G[:, :q], G[:, :q].T
     return np.block(found)
 
 
@@ -90,13 +92,12 @@ class DelayScan:
     def __init__(self, y, u, na: int, nb, most: int):
         self.na, self.nb, self.most = na, tuple(nb), most
         self.deep = most + max(self.nb)
-        signals = [np.ones(min(len(y), ROWS)), *(about_mean(x[:ROWS]) for x in (y, *u.T))]
-        products = lagged_products(signals, [1, na + 1, *(self.deep for _ in self.nb)])
-        products = np.roll(products, -2, axis=(0, 1))  # past outputs, past inputs of every lag, one, and the output
-        self.rows, sums = int(products[-2, -2]), products[-2]
-        products = np.delete(np.delete(products - sums[:, None] * sums / max(self.rows, 1), -2, axis=0), -2, axis=1)
+        signals = [*(about_mean(x[:ROWS]) for x in (y, *u.T)), np.ones(min(len(y), ROWS))]
+        products = lagged_products(signals, [na + 1, *(self.deep for _ in self.nb), 1])  # the output is the first
+        sums, self.rows = products[-1], int(products[-1, -1])
+        products = products - sums[:, None] * sums / max(self.rows, 1)
         size = np.sqrt(np.maximum(np.diag(products), 0.0))
-        self.scale = float(size[-1]) ** 2
+        self.scale = float(size[0]) ** 2
         size = np.where(size > 0, size, 1.0)
         self.products = products / size / size[:, None]
 
@@ -116,17 +117,17 @@ class DelayScan:
 
     def _places(self, nk, skipped: dict[int, int] | None = None) -> list[int]:
         """Return where the regressors of such delays are among all."""
-        at = list(range(self.na))
+        at = list(range(1, self.na + 1))
         for i, (size, delay) in enumerate(zip(self.nb, nk)):
-            first = self.na + i * self.deep + delay
+            first = self.na + 1 + i * self.deep + delay
             at += range(first + (skipped or {}).get(i, 0), first + size)
         return at
 
     def _left(self, at) -> np.ndarray:
         """Return the shares that regressors at (D, m) leave, (D,)."""
-        G, b = self.products[at[:, :, None], at[:, None, :]], self.products[at, -1]
+        G, b = self.products[at[:, :, None], at[:, None, :]], self.products[at, 0]
         taken = np.einsum("ij,ij->i", b, np.linalg.solve(G + RIDGE * np.eye(at.shape[1]), b[:, :, None])[:, :, 0])
-        return np.maximum(self.products[-1, -1] - taken, 1e-14)
+        return np.maximum(self.products[0, 0] - taken, 1e-14)
 
     def _scanned(self, nk, i: int, least: int) -> int:
         """Return the delay of one input that leaves least, ``least`` or more."""

@@ -286,8 +286,11 @@ class Response:
 
     def loss(self) -> float:
         """Return Huber's loss of what is left."""
-        r = np.minimum(abs(self.left), 1e6)
-        return float(np.sum(np.where(r < HUBER, 0.5 * r * r, HUBER * r - 0.5 * HUBER**2)))
+        if "loss" not in self.cache:
+            r = np.minimum(abs(self.left), 1e6)
+            near = np.minimum(r, HUBER)
+            self.cache["loss"] = float(np.sum(near * (r - 0.5 * near)))
+        return self.cache["loss"]
 
     # --- fitting ------------------------------------------------------------------------------------------------
 

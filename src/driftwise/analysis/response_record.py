@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from ..engine.validation import deviation
 from .delays import lagged
@@ -83,8 +84,10 @@ def delayed(x, lag: int) -> np.ndarray:
 
 def local_size(r) -> np.ndarray:
     """Return the standard deviation about each sample, by the median of what is near."""
-    edges = np.arange(0, len(r), LOCAL)
-    middles = [float(np.median(abs(r[max(k - LOCAL // 2, 0) : k + 3 * LOCAL // 2]))) for k in edges]
+    edges, size = np.arange(0, len(r), LOCAL), abs(r)
+    inside = sliding_window_view(size, 2 * LOCAL)[LOCAL // 2 :: LOCAL] if len(r) > 2 * LOCAL else np.zeros((0, 1))
+    middles = [float(np.median(size[: 3 * LOCAL // 2])), *np.median(inside, axis=1)]
+    middles += [float(np.median(size[k - LOCAL // 2 : k + 3 * LOCAL // 2])) for k in edges[len(middles) :]]
     size = 1.4826 * np.interp(np.arange(len(r)), edges + LOCAL / 2, middles)
     return np.maximum(size, 1e-12 * (abs(r).max(initial=0.0) + 1e-300))
 
