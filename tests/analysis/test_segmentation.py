@@ -187,3 +187,13 @@ def test_changes_between_scattered_samples_of_slow_noise_are_told_and_none_that_
         y[rng.random(2000) > 0.25] = np.nan
         counts.append([jump.kind for jump in found(y, u[:, None])])
     assert counts == [[], [LEVEL]]
+
+
+@pytest.mark.parametrize(("step", "shock", "kinds"), [(1.5, 0.0, [LEVEL]), (0.0, 1.5, [])])
+def test_a_step_beside_noise_as_slow_is_told_and_a_shock_of_that_noise_is_not(step, shock, kinds):
+    """Whitened, both are one sample that stands out; but a step stays."""
+    rng = np.random.default_rng(4)
+    e = 0.1 * rng.standard_normal(700) + shock * (np.arange(700) == 300)
+    u = np.repeat(rng.choice([-1.0, 0.0, 1.0], 70), 10)
+    y = lfilter([0.0, 0.2], [1.0, -0.8], u) + lfilter([1.0], [1.0, -0.93], e) + step * (np.arange(700) >= 300)
+    assert [jump.kind for jump in found(y, u[:, None])] == kinds

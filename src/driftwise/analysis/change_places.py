@@ -10,7 +10,7 @@ import numpy as np
 
 from ..models.filtering import linear_filter
 from .noise_jumps import LEAST
-from .response import Response
+from .response import Response, huber
 from .response_record import delayed, long_run, long_run_of
 
 APART = 10  # samples between two changes
@@ -170,7 +170,7 @@ def place(now: Response, kind: str, i: int, r, hint: int = -1) -> Place | None:
         return None
     d, own = part_of(now, kind, i, int(fine[at]), r)
     calm = max(long_run(d * (r - d)) / max(float(np.mean(d**2)), 1e-300), 1.0)
-    calm /= 1.0 - float(np.max(d**2) / np.sum(d**2)) + 1e-9  # one sample alone is none of a change
+    lone = 0.5 * float(r[int(np.argmax(abs(d)))] ** 2)  # what a shock of one sample would explain
     gain = np.concatenate([taken[grid < a], finer, taken[grid > b]]) / calm
     where = np.concatenate([grid[grid < a], fine, grid[grid > b]])
     width = np.gradient(np.searchsorted(seen, where).astype(float)) if len(where) > 1 else np.ones(1)
@@ -181,6 +181,7 @@ def place(now: Response, kind: str, i: int, r, hint: int = -1) -> Place | None:
     odds, tried = whole, math.log(2 + len(now.b))
     if kind == GAIN:  # what the level moves with it is no evidence that the gain did
         odds = min(odds, float(0.5 * share(own @ r, own @ own, n) * (own @ r)) / calm - 0.5 * math.log(n))
+    odds = min(odds, (float(finer[at]) - lone) / calm)
     date = min(max(int(fine[at]), low), high)
     return Place(date, (ends[0], ends[1]), odds - tried, float(finer[at]), calm, whole - tried)
 
@@ -203,8 +204,24 @@ def standing(now: Response, part: str, j: int) -> Place | None:
     found = located(now, part, j)
     if found is None:
         return None
-    lost = max(now.without(part, j).refined().loss() - now.loss(), 0.0)
-    return found._replace(log_odds=min(found.log_odds, found.whole - max(found.taken - lost, 0.0) / found.calm))
+    other = now.without(part, j).refined()
+    lost = max(other.loss() - now.loss(), 0.0)
+    odds = min(found.log_odds, found.whole - max(found.taken - lost, 0.0) / found.calm)
+    return found._replace(log_odds=min(odds, (beside_shock(other, found.at) - now.loss()) / found.calm))
+
+
+def beside_shock(now: Response, at: int) -> float:
+    """Return the loss of a response beside the shock that explains most: of its noise, or of a sample, about ``at``.
+
+    A step beside a slow noise is nearly that; but it stays.
+    """
+    T, least = len(now.used), now.loss()
+    for near in range(max(at - 1, 0), min(at + 2, T)):
+        spike = np.eye(1, T, near)[0]
+        for way in (np.where(now.rows == near, 1.0, 0.0), now.at_rows(linear_filter(now.white, [1.0], spike))):
+            size = float(share(way @ now.left, way @ way, 1))
+            least = min(least, huber(now.left - size * way))
+    return least
 
 
 def worth(now: Response, part: str, many: int) -> float:

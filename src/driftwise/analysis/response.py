@@ -37,6 +37,13 @@ def dies_out(a: list[float], edge: float) -> bool:
     return True
 
 
+def huber(r) -> float:
+    """Return Huber's loss of what is left."""
+    r = np.minimum(abs(r), 1e6)
+    near = np.minimum(r, HUBER)
+    return float(np.sum(near * (r - 0.5 * near)))
+
+
 @dataclass(frozen=True)
 class Response:
     """A fitted response: what it is made of, and its numbers.
@@ -287,9 +294,7 @@ class Response:
     def loss(self) -> float:
         """Return Huber's loss of what is left."""
         if "loss" not in self.cache:
-            r = np.minimum(abs(self.left), 1e6)
-            near = np.minimum(r, HUBER)
-            self.cache["loss"] = float(np.sum(near * (r - 0.5 * near)))
+            self.cache["loss"] = huber(self.left)
         return self.cache["loss"]
 
     # --- fitting ------------------------------------------------------------------------------------------------
