@@ -49,9 +49,9 @@ def test_a_manoeuvre_is_told_however_precise_the_plots_are():
     assert trace.onset[41:48].any() and not trace.onset[8:40].any()
 
 
-@pytest.mark.parametrize("leap, lengths", [(50.0, [60]), (600.0, [20, 40])])
+@pytest.mark.parametrize("leap, lengths", [(50.0, [60]), (2500.0, [20, 40])])
 def test_a_new_track_is_an_old_one_that_is_seen_no_more_if_it_begins_near(leap, lengths):
-    """An aircraft is seen no more and one begins beside it, beyond its gates: two plots' errors off, or an airspace."""
+    """An aircraft is seen no more and one begins beside it: by some errors of plots, or too far for a scan."""
     t = 4.0 * np.arange(60)
     path = np.stack([120.0 * t, 40.0 * t], axis=1) + 5.0 * np.random.default_rng(4).standard_normal((60, 2))
     path[40:] += [leap, -leap]

@@ -14,8 +14,9 @@ from ..estimators.track.estimator import TrackEstimator
 from .live import Event, Live, Plot
 from .plots import Fault
 
-SCHEMA = 3  # 3: two members more, and the time of the plot before the last
-PLAIN = "id key follows clock name code status period count allowance place due".split()  # of a track
+SCHEMA = 4  # 4: what is learnt of plots without keys
+PLAIN = "id key follows clock name code status period count allowance place due odds quiet".split()  # of a track
+LEARNT = "box hits chances begun born quiet sees_at_once".split()  # of plots without keys
 COUNTED = "counts time before begun numbers".split()  # of the targets
 
 
@@ -38,6 +39,9 @@ def save(tracker, path) -> None:
         "pooled": targets.scans.pooled,
         "free": targets.places.free,
         "events": targets.events,
+        "at_once": targets.at_once,
+        "existence": {name: getattr(targets.existence, name) for name in LEARNT},
+        "nobody": list(targets.existence.nobody),
         "suspects": targets.suspects,
         "past": targets.past,
         "due": targets.due,
@@ -78,6 +82,10 @@ def _put_back(targets, facts: dict[str, Any], arrays: dict[str, np.ndarray]) -> 
     for name in COUNTED:
         setattr(targets, name, facts[name])
     targets.scans.pooled = facts["pooled"]
+    targets.at_once = [_plot(p) for p in facts["at_once"]]
+    for name in LEARNT:
+        setattr(targets.existence, name, facts["existence"][name])
+    targets.existence.nobody.extend(map(tuple, facts["nobody"]))
     targets.events = [Event(*e) for e in facts["events"]]
     targets.suspects = {key: [_plot(p) for p in some] for key, some in facts["suspects"].items()}
     targets.past = {key: (follows, clock) for key, (follows, clock) in facts["past"].items()}

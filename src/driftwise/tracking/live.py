@@ -40,7 +40,7 @@ class Live:
 
     __slots__ = (
         "allowance", "clock", "code", "count", "due", "events", "follows", "id", "key", "last", "motion", "name",
-        "period", "place", "state", "status", "sure", "table",
+        "odds", "period", "place", "quiet", "state", "status", "sure", "table",
     )  # fmt: skip
 
     def __init__(self, id: int, key: str, state: np.ndarray, follows: int | None, clock: dict[str, list[float]]):
@@ -56,6 +56,8 @@ class Live:
         self.allowance = 0.0  # m: what a plot may lie beyond the reach of its class
         self.events: list[Event] = []
         self.place = -1
+        self.odds = 0.0  # log odds that it is an object
+        self.quiet = 0.0  # s, what `Existence` had counted
         self.due = float("inf")
 
     @property

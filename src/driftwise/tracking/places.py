@@ -39,9 +39,9 @@ class Places:
         self.who[track.place] = None
         self.free.append(track.place)
 
-    def within_reach(self, plot: Plot, fastest: float) -> list[Live]:
-        """Return the tracks whose objects can have come to a plot."""
+    def within_reach(self, plot: Plot, fastest: float, more: float = 0.0) -> list[Live]:
+        """Return the tracks whose objects can have come to a plot, or near it by ``more`` (m)."""
         time, east, north, allowance = self.table.T
         past = plot.time - time
-        near = (past > 0) & (np.hypot(plot.east - east, plot.north - north) <= fastest * past + allowance)
+        near = (past > 0) & (np.hypot(plot.east - east, plot.north - north) <= fastest * past + allowance + more)
         return [track for place in np.flatnonzero(near).tolist() if (track := self.who[place])]

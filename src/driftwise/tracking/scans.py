@@ -43,6 +43,10 @@ class Scans:
         pool = self.pooled.get(sensor)
         return _median(pool) if pool else 0.0
 
+    def shortest(self, sensor: str) -> float:
+        """Return the shortest time in which a sensor saw an object again, s, of the last ones; 0 is unknown."""
+        return min(self.pooled.get(sensor, ()), default=0.0)
+
     def period(self, clock: dict[str, list[float]]) -> float:
         """Return the time in which an object is seen again, s: of the slowest sensor that sees it; 0 is unknown."""
         slowest = 0.0

@@ -13,10 +13,12 @@ import numpy as np
 from ..engine.status import OUTLIER
 from ..estimators.track.bank import TRACK_SAMPLE
 from ..estimators.track.estimator import TrackEstimator
+from .association import Forecast, Pair, best_pairs
+from .existence import Density, Existence
 from .inbox import Inbox
 from .live import COASTING, CONFIRMED, ENDED, TENTATIVE, Event, Live, Plot
 from .places import Places
-from .reach import error, miss, reaches
+from .reach import LONGEST, error, miss, reaches
 from .scans import Scans
 
 UNKNOWN = 30.0  # s: the scan period assumed before one is known, where plots are not rarer
@@ -25,7 +27,9 @@ SUSPECTS = 8  # plots set aside that are remembered for a key
 TWICE = 0.08, 0.5  # scan periods, and shortest of the last scans: no sensor sees an object twice in less
 NAMED = 4.0  # times as many scans without a plot may a track have that its plots name, or while nobody was seen
 ALLOWED = 5.0, 0.25, 3.0  # deviations of a forecast that are allowed; s of what is fast, at least; and scans, at most
-GATES = 5.0  # within so many of an old track a new one begins, or within what a plot may be off, or it is not of it
+LEAST = 1.0  # log likelihood ratio that a plot in a track has at least: a wrong one costs more than one missed
+EARLY = 12.0  # log likelihood that a plot loses at once after its sensor saw a track; none after the shortest scan
+REAL = 4.0  # log odds from which a track without a key may be confirmed
 CODE = re.compile(r"A[0-7]{4}$")  # a Mode A code
 CLIMB, LEVELS = 50.0, 300.0  # m/s, m: altitudes that differ by more are two objects
 AT = TRACK_SAMPLE.slices(2)  # of a trace's row
@@ -63,6 +67,8 @@ class Targets:
         self.past: dict[str, tuple[int | None, dict]] = {}  # of a key: its last track, and that track's clock
         self.due: list[tuple[float, int]] = []  # a heap: when to look at which track
         self.numbers: dict[str, int] = {"": 0}  # of keys, names and sensors in the rows
+        self.existence = Existence()
+        self.at_once: list[Plot] = []  # without keys, of one instant, whose other plots may yet come
 
     def copy(self) -> Targets:
         """Return another one that goes on from here; rows that never change again are shared."""
@@ -75,6 +81,8 @@ class Targets:
     def use(self, plot: Plot) -> None:
         """Give a plot to its track, whichever that is."""
         self.counts["plots"] += 1
+        if self.at_once and (plot.time != self.time or plot.key or self.rules.single):
+            self.share_out()
         if plot.time < self.time:
             if plot.time > self.time - self.inbox.leap:
                 self.counts["late"] += 1
@@ -86,22 +94,75 @@ class Targets:
         if plot.key or self.rules.single:
             self._use_key(plot)
             return
-        found = self._best(plot)
+        self.existence.note(plot, plot.time - self.before, self.scans.usual(plot.sensor))
+        self.at_once.append(plot)
+
+    def share_out(self) -> None:
+        """Give the plots of one instant to their tracks."""
+        plots, self.at_once = self.at_once, []
+        if not plots:
+            return
+        known, scan = self.existence, self._turn(plots[0])
+        known.sees_at_once |= len(plots) > 1
+        density = known.density(plots[0].time, scan, self.estimator.speed * scan)
+        forecasts: dict[int, tuple[Forecast, float, float]] = {}
+        pairs = []
+        for k, plot in enumerate(plots):
+            around = density.at(plot)
+            for track in self.places.within_reach(plot, self.rules.fastest):
+                if not self._may_take(track, plot, False):
+                    continue
+                if track.id not in forecasts:
+                    missed = known.missed(track, plot.time, scan)
+                    forecasts[track.id] = Forecast(self.estimator, track, plot.time), missed, known.odds(track, missed)
+                forecast, missed, odds = forecasts[track.id]
+                ratio = forecast.log_density(plot) - around.beside(track) - self._haste(track, plot)
+                score = math.log(known.detection) + ratio
+                gain = known.gain(odds, ratio, track)
+                if gain > 0 and score > LEAST:
+                    pairs.append(Pair(gain, k, track, odds, missed, score))
+        made = best_pairs(pairs, len(plots))
+        for pair in made:
+            if pair is not None:
+                known.scored(pair.track, pair.odds, pair.score, pair.missed)
+        for plot, pair in zip(plots, made):
+            self._give(plot, None if pair is None else pair.track, density)
+
+    def _turn(self, plot: Plot) -> float:
+        """Return the scan period of the sensor of a plot, s."""
+        return self.scans.usual(plot.sensor) or self._unknown
+
+    def _haste(self, track: Live, plot: Plot) -> float:
+        """Return by how much a plot is less likely of a track because its sensor saw that one in this scan."""
+        seen = track.clock.get(plot.sensor)
+        shortest = self.scans.shortest(plot.sensor)
+        if not seen or not shortest or self.existence.sees_at_once:
+            return 0.0
+        return EARLY * max(1.0 - (plot.time - seen[0]) / shortest, 0.0)
+
+    def _give(self, plot: Plot, found: Live | None, density: Density) -> None:
+        """Give a plot without a key to a track, or to a new one."""
+        known = self.existence
         if found is None:
-            self._begin(plot)
+            found = self._begin(plot)
+            found.odds = known.first_odds(density, known.births(plot.time, self._turn(plot)))
+            found.quiet = known.quiet
         elif old := self._rivalled(found):
             self._end(found, plot.time, f"it is track {old.id}")
+            known.is_somebody(found, False)
             for one in (*self._since(found, old.last.time), plot):
                 self._extend(old, one)
                 self.counts["discarded"] -= one is not plot
         else:
             self._extend(found, plot)
+        if found.status == TENTATIVE:
+            known.is_nobody(plot, found)
 
     def _use_key(self, plot: Plot) -> None:
         """Give a plot to the track of its key that it can belong to; set it aside, or begin a new one."""
         alive = self.of_key.get(plot.key)
         if not alive:
-            track = self._best(plot, addressed=True) if CODE.match(plot.key) else None
+            track = self._best(plot) if CODE.match(plot.key) else None
             if track is None:
                 self._begin(plot, *self.past.pop(plot.key, (None, {})))
                 return
@@ -146,11 +207,11 @@ class Targets:
         """Say whether one object can give both plots."""
         return reaches(a, b, self.rules.fastest, allowance)
 
-    def _best(self, plot: Plot, addressed: bool = False) -> Live | None:
-        """Return the track in whose gate a plot is most likely."""
+    def _best(self, plot: Plot) -> Live | None:
+        """Return the addressed track in whose gate a plot is most likely."""
         found, best = None, -math.inf
         for track in self.places.within_reach(plot, self.rules.fastest):
-            if self._may_take(track, plot, addressed):
+            if self._may_take(track, plot, True):
                 distance, size = self._miss(track, plot)
                 if distance <= self.rules.gate**2 and -distance - size > best:
                     found, best = track, -distance - size
@@ -170,14 +231,19 @@ class Targets:
         """Return the track that a new one is really of: the nearest not seen since, if that is near enough."""
         if track.status != TENTATIVE:
             return None
-        near = self.places.within_reach(track.last, self.rules.fastest)
+        near = self.places.within_reach(track.last, self.rules.fastest, LONGEST * self.rules.fastest)
         unseen = [t for t in near if t.status != TENTATIVE and t.last.time < track.last.time and not self._has_key(t)]
-        old = min(unseen, key=lambda t: (self._miss(t, track.last)[0], t.id), default=None)
-        if old is None:
-            return None
-        distance = self._miss(old, track.last)[0]
-        is_near = distance <= (GATES * self.rules.gate) ** 2 or miss(old, track.last) <= old.allowance
-        return old if is_near else None
+        unseen = [t for t in unseen if self._reaches(t.sure, track.last, t.allowance)]
+        best, found, first, known = 0.0, None, track.last, self.existence
+        scan = self._turn(first)
+        field = known.density(first.time, scan, self.estimator.speed * scan).field
+        births = math.log(known.births(first.time, scan) / field)
+        for old in unseen:
+            odds = known.odds(old, known.missed(old, first.time, scan))
+            gain = known.gain(odds, Forecast(self.estimator, old, first.time).log_density(first) - births, old)
+            if gain > best:
+                best, found = gain, old
+        return found
 
     def _since(self, track: Live, time: float) -> list[Plot]:
         """Return the plots of a track after a time."""
@@ -256,10 +322,11 @@ class Targets:
 
     def _confirm(self, track: Live) -> None:
         N, M = self.rules.confirm
-        if track.count < N:
+        if track.count < N or (track.odds < REAL and not self._has_key(track)):
             return
         if track.last.time - track.rows[-N, 0] <= (M - 0.5) * self._scan(track):
             track.status = CONFIRMED
+            self.existence.is_somebody(track, True)
             self._tell(track.last.time, track, "confirmed", f"{N} plots within {M} scans")
 
     def _scan(self, track: Live) -> float:

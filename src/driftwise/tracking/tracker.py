@@ -1,4 +1,4 @@
-"""Plots to tracks: by address where there is one, by the best fit in a gate where there is none."""
+"""Plots to tracks: by address where there is one, by likelihood ratios where there is none."""
 
 from __future__ import annotations
 
@@ -27,8 +27,9 @@ STATED = 1e-6, 1e10  # m^2: a variance beyond is no statement
 class Tracker:
     """Tracks from plots, one estimator for each object; the rules stand in ``docs/tracker.md``.
 
-    It is made for objects that say who they are, and for few that do not. Clutter, merged plots and crossing targets
-    without an address are what it is bad at: a plot goes to the track that it fits best, one after the other.
+    Plots without a key that have the same time are shared out among the tracks at once, weighed against plots of
+    nobody; those of the last instant wait for the others of it, and `tracks` counts them in. Bad at: plots of two
+    objects that merge into one, crossings without a key, clutter that stays where it is.
 
     Parameters
     ----------
@@ -42,7 +43,7 @@ class Tracker:
         Scan periods without a plot after which it has ended, four times as many where plots name it, or where
         nobody else was seen either; what comes later is a new track that follows it.
     gate : float
-        Standard deviations within which a plot without a key belongs to a track.
+        Standard deviations within which a Mode A code belongs to an addressed track.
     single : bool
         All plots without a key belong to one object.
     delay : float
@@ -131,6 +132,7 @@ class Tracker:
         before = len(self.events)
         for ready in self.inbox.advance(float(time)):
             self.targets.use(ready)
+        self.targets.share_out()
         self.targets.look(self.inbox.newest - self.inbox.delay)
         return self.events[before:]
 
@@ -139,6 +141,7 @@ class Tracker:
         before = len(self.events)
         for ready in self.inbox.finish():
             self.targets.use(ready)
+        self.targets.share_out()
         return self.events[before:]
 
     def _here(self, plots: Plots) -> np.ndarray:
@@ -162,18 +165,30 @@ class Tracker:
     @property
     def counts(self) -> dict[str, int]:
         """How many plots came, were late, repeated others, were set aside, discarded, had a wild clock."""
-        return self.targets.counts | {"clock": self.inbox.dropped}
+        return self._counts(self.targets)
+
+    def _counts(self, targets: Targets) -> dict[str, int]:
+        return targets.counts | {"clock": self.inbox.dropped}
 
     @property
     def tracks(self) -> Tracks:
         """The tracks that are or were confirmed."""
-        live = self.targets.live.values()
-        return self._tracks(self.targets.ended + [t for t in live if t.status != TENTATIVE])
+        targets = self._settled()
+        return self._tracks(targets.ended + [t for t in targets.live.values() if t.status != TENTATIVE], targets)
 
     @property
     def tentative(self) -> Tracks:
         """The tracks that wait to be confirmed."""
-        return self._tracks([t for t in self.targets.live.values() if t.status == TENTATIVE])
+        targets = self._settled()
+        return self._tracks([t for t in targets.live.values() if t.status == TENTATIVE], targets)
+
+    def _settled(self) -> Targets:
+        """Return the targets as they are if no other plot comes at the time of the last."""
+        if not self.targets.at_once:
+            return self.targets
+        targets = self.targets.copy()
+        targets.share_out()
+        return targets
 
     def now(self) -> Tracks:
         """Return `tracks` as they will be when the plots that are held back have been used and nothing comes between.
@@ -191,14 +206,14 @@ class Tracker:
 
     def release(self) -> Tracks:
         """Return the tracks that have ended and forget them, and the events and faults so far."""
-        ended = self._tracks(self.targets.ended)
+        ended = self._tracks(self.targets.ended, self.targets)
         self.targets.ended, self.targets.events, self.faults = [], [], []
         return ended
 
-    def _tracks(self, tracks: list[Live]) -> Tracks:
-        words = list(self.targets.numbers)
+    def _tracks(self, tracks: list[Live], targets: Targets) -> Tracks:
+        words = list(targets.numbers)
         made = tuple(track_of(t, self.estimator, words, self.origin) for t in sorted(tracks, key=lambda t: t.id))
-        return Tracks(made, self.origin, tuple(self.faults), self.counts, tuple(self.events))
+        return Tracks(made, self.origin, tuple(self.faults), self._counts(targets), tuple(targets.events))
 
     def save(self, path) -> None:
         """Write the tracker, all its tracks included, to a file that `load` reads; every bit survives."""
