@@ -210,3 +210,16 @@ def test_a_file_that_is_refused_is_counted(monkeypatch):
     monkeypatch.setattr(audit, "front_door", refuse)
     (line,) = audit.play(3, [0])
     assert line.outcome == "refused" and "nothing there" in audit.falsehoods([line], 1)
+
+
+def test_who_is_not_told_the_date_needs_more_and_dates_nothing_while_the_sensor_is_stuck():
+    plant = jumping("level", 1.0)
+    found = case(plant)
+    dates = 1200 / (2 * found.tolerance) * 3  # of level, gain and noise
+    for more, wanted in ((-0.1, False), (0.1, True)):
+        odds = (checking.TELLABLE + np.log(dates) + more,)
+        other = replace(found, oracle=replace(found.oracle, log_odds=odds))
+        assert checking.tellable_jumps(other) == [0]
+        assert checking.is_attainable(other, 0) is wanted
+        stuck = replace(other, plant=replace(plant, stuck=(560, 100)))
+        assert not checking.is_attainable(stuck, 0)

@@ -19,7 +19,7 @@ import numpy as np
 
 from driftwise.engine.errors import InputError
 
-from .checking import FALSE, TRUE, VACUOUS, Case, check, is_told, tellable_jumps
+from .checking import FALSE, TRUE, VACUOUS, Case, check, is_attainable, is_told, tellable_jumps
 from .drawing import draw
 from .oracle import ask
 from .plant import Plant
@@ -118,9 +118,10 @@ def recall(case: Case, line: Line) -> None:
             expected["time constant"] += 1
             found["time constant"] += name in times
     for k in tellable_jumps(case):
-        what = f"change of {case.plant.jumps[k].what}"
-        expected[what] += 1
-        found[what] += any(is_told(case, k, claim) for claim in claims)
+        what, was_told = f"change of {case.plant.jumps[k].what}", any(is_told(case, k, claim) for claim in claims)
+        for name in (what, f"{what}, date and kind not told")[: 1 + is_attainable(case, k)]:
+            expected[name] += 1
+            found[name] += was_told
     line.expected, line.found = dict(expected), dict(found)
 
 
