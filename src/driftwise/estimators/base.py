@@ -192,10 +192,10 @@ class Estimator(Answers, Portable):
         us = self._driving(us[0], None if time is None else [time], state, **given)[None]
         outs = np.empty((1, 1, self.step_columns))
         self.drive(rows, ys, us, outs, self.spec, self.scratch())
-        of_each = outs[0, 0, : 4 * (p or 1)].reshape(4, p or 1)
         if p is None:
-            prediction, innovation, variance, status = of_each[:, 0].tolist()
+            prediction, innovation, variance, status = outs[0, 0, :4].tolist()
             return ARRAY((), self.dtype, rows), Step(prediction, innovation, variance, int(status))
+        of_each = outs[0, 0, : 4 * p].reshape(4, p)
         return ARRAY((), self.dtype, rows), Step(of_each[0], of_each[1], of_each[2], of_each[3].astype(int))
 
     def scan(self, y, u=None, *, state=None, keep: str = "std", time=None):
@@ -272,7 +272,7 @@ class Estimator(Answers, Portable):
 
         A model that takes more of a sample, as keyword arguments of `update` and `scan`, adds that behind the instant.
         """
-        return u if time is None else np.column_stack([u, self._instants(time, len(u), state)])
+        return u if time is None else np.concatenate([u, self._instants(time, len(u), state)[:, None]], axis=1)
 
     def _instants(self, time, samples, state) -> np.ndarray:
         """Return the instants of so many samples that follow a state, checked."""

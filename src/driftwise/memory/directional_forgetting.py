@@ -8,7 +8,7 @@ from ..engine.ud import covariances, predicted_variance, project, widen_along
 from .constant import on_alarm_constant
 from .exponential_forgetting import weight_and_horizon
 from .registry import adapt, least_squares, on_alarm, register, resolve, time_update
-from .wind_up import shrink
+from .wind_up import precisions, shrink
 
 
 @register("directional:LAM", about="exponential, but only what new samples speak about", lam=0.95)
@@ -43,7 +43,7 @@ class DirectionalForgettingKernel(NamedTuple):
 
     lam: float
     horizon: float
-    cap: PerParameter
+    precision: PerParameter
 
     def state_size(self, parameters: int) -> int:
         """Return how many numbers it keeps: those of `wind_up.shrink`."""
@@ -52,7 +52,7 @@ class DirectionalForgettingKernel(NamedTuple):
 
 @resolve.on(DirectionalForgetting)
 def resolve_directional_forgetting(memory, setting):
-    return DirectionalForgettingKernel(*weight_and_horizon(memory.lam), setting.cap)
+    return DirectionalForgettingKernel(*weight_and_horizon(memory.lam), precisions(setting.cap))
 
 
 @adapt.on(DirectionalForgettingKernel)
@@ -71,7 +71,7 @@ def adapt_directional_forgetting(memory, state, e, R, view):
 def time_update_directional_forgetting(memory, state, elapsed, view):
     if not (view.surprise >= 0.0 and memory.lam < 1.0):
         return 1.0, 0
-    return memory.lam, shrink(1.0, memory.horizon, memory.cap, state, view)
+    return memory.lam, shrink(1.0, memory.horizon, memory.precision, state, view)
 
 
 on_alarm.on(DirectionalForgettingKernel)(on_alarm_constant)

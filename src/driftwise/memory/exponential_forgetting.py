@@ -9,7 +9,7 @@ from ..engine.dispatch import PerParameter
 from ..engine.errors import InputError
 from .constant import on_alarm_constant
 from .registry import on_alarm, register, resolve, time_update
-from .wind_up import MEMORIES, shrink
+from .wind_up import MEMORIES, precisions, shrink
 
 
 @register("exponential:LAM", about="a sample fades to LAM of its weight with each new one", lam=0.95)
@@ -41,7 +41,7 @@ class ExponentialForgettingKernel(NamedTuple):
     lam: float
     samples: float
     horizon: float
-    cap: PerParameter
+    precision: PerParameter
 
     def state_size(self, parameters: int) -> int:
         """Return how many numbers it keeps: those of `wind_up.shrink`."""
@@ -62,7 +62,7 @@ def weight_and_horizon(lam) -> tuple[float, float]:
 @resolve.on(ExponentialForgetting)
 def resolve_exponential_forgetting(memory, setting):
     lam, horizon = weight_and_horizon(memory.lam)
-    return ExponentialForgettingKernel(lam, np.inf, horizon, setting.cap)
+    return ExponentialForgettingKernel(lam, np.inf, horizon, precisions(setting.cap))
 
 
 @time_update.on(ExponentialForgettingKernel)
@@ -72,7 +72,7 @@ def time_update_exponential_forgetting(memory, state, elapsed, view):
         lam = min(lam, (memory.samples - 1.0) / view.weight)
     if not (view.surprise >= 0.0 and lam < 1.0):
         return 1.0, 0
-    return lam, shrink(lam, memory.horizon, memory.cap, state, view)
+    return lam, shrink(lam, memory.horizon, memory.precision, state, view)
 
 
 on_alarm.on(ExponentialForgettingKernel)(on_alarm_constant)

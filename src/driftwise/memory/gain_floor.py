@@ -5,7 +5,7 @@ from typing import NamedTuple
 from .exponential_forgetting import ExponentialForgettingKernel
 from .registry import register, resolve
 from .settings import more_than_one
-from .wind_up import MEMORIES
+from .wind_up import MEMORIES, precisions
 
 
 @register("gain-floor:N", about="gain 1/n, then 1/N", samples=20)
@@ -33,4 +33,4 @@ class GainFloor(NamedTuple):
 @resolve.on(GainFloor)
 def resolve_gain_floor(memory, setting):
     samples = more_than_one("samples", memory.samples)
-    return ExponentialForgettingKernel(1.0, samples, MEMORIES * samples, setting.cap)
+    return ExponentialForgettingKernel(1.0, samples, MEMORIES * samples, precisions(setting.cap))

@@ -8,7 +8,7 @@ from ..engine.errors import InputError
 from .constant import on_alarm_constant
 from .registry import on_alarm, register, resolve, time_update
 from .settings import more_than_one
-from .wind_up import MEMORIES, shrink
+from .wind_up import MEMORIES, precisions, shrink
 
 
 @register("variable:N", about="forgets when surprised, else N samples", samples=20)
@@ -42,7 +42,7 @@ class VariableForgettingKernel(NamedTuple):
     least: float
     settle: float
     horizon: float
-    cap: PerParameter
+    precision: PerParameter
 
     def state_size(self, parameters: int) -> int:
         """Return how many numbers it keeps: those of `wind_up.shrink`."""
@@ -54,7 +54,7 @@ def resolve_variable_forgetting(memory, setting):
     samples, least = more_than_one("samples", memory.samples), validation.positive("least", memory.least)
     if least > 1:
         raise InputError(f"least is the smallest lambda, above 0 and at most 1, got {memory.least!r}")
-    return VariableForgettingKernel(samples, least, setting.settle, MEMORIES * samples, setting.cap)
+    return VariableForgettingKernel(samples, least, setting.settle, MEMORIES * samples, precisions(setting.cap))
 
 
 @time_update.on(VariableForgettingKernel)
@@ -62,7 +62,7 @@ def time_update_variable_forgetting(memory, state, elapsed, view):
     lam = max(1.0 - view.surprise / memory.samples, memory.least)
     if not (view.surprise >= 0.0 and lam < 1.0 and view.weight > memory.settle):
         return 1.0, 0
-    return lam, shrink(lam, memory.horizon, memory.cap, state, view)
+    return lam, shrink(lam, memory.horizon, memory.precision, state, view)
 
 
 on_alarm.on(VariableForgettingKernel)(on_alarm_constant)

@@ -24,7 +24,8 @@ def log_about_one(f, k, low):
     s = f / (2.0 + f)
     z = s * s
     w = z * z
-    R = z * (L1 + w * (L3 + w * (L5 + w * L7))) + w * (L2 + w * (L4 + w * L6))
+    low_powers = (L1 + z * L2) + w * (L3 + z * L4)  # side by side: who asks for a logarithm waits for it
+    R = z * (low_powers + w * w * ((L5 + z * L6) + w * L7))
     half = 0.5 * f * f
     return k * LN2_HIGH - ((half - (s * (half + R) + low)) - f)
 
