@@ -69,20 +69,20 @@ class Candidate(NamedTuple):
         """Whether it is shown with a memory that follows a plant as it changes."""
         return self.is_linear or self.kind == LEVEL
 
-    def estimator(self, memory: Any = Constant()) -> Any:
-        """Return its estimator with a memory."""
+    def estimator(self, memory: Any = Constant(), **sizes) -> Any:
+        """Return its estimator with a memory, in units of one or of such sizes: y_scale and u_scale."""
         if self.kind == LEVEL:
-            return AR(0, memory=JUMPS, offset=True, dt=self.dt)
+            return AR(0, memory=JUMPS, offset=True, dt=self.dt, **sizes)
         if self.kind == JOINT:
-            return self._joint(memory)
+            return self._joint(memory, **sizes)
         kinds: dict[str, Any] = {"AR": AR, "ARX": ARX, "ARMA": ARMA, "ARMAX": ARMAX, "OE": OE}
-        return kinds[self.kind](**self.orders, memory=memory, offset=True, dt=self.dt)
+        return kinds[self.kind](**self.orders, memory=memory, offset=True, dt=self.dt, **sizes)
 
-    def _joint(self, memory) -> Joint:
+    def _joint(self, memory, **sizes) -> Joint:
         """Return the joint filter; by the reference prior of sigma^2 its first predictions would claim to be exact."""
         settings = dict(**self.orders, inputs=self.inputs, noise=UnknownPolynomial(), offset=True, dt=self.dt)
         unknowns = Joint(**settings).model.N
-        return Joint(**settings, memory=memory, scale=InverseGamma(0.5 - unknowns / 2, FAINT))
+        return Joint(**settings, memory=memory, scale=InverseGamma(0.5 - unknowns / 2, FAINT), **sizes)
 
     @property
     def memories(self) -> tuple[Any, ...]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..engine import validation
 from ..engine.errors import InputError
-from ..estimators.model_average.estimator import ModelAverage
+from ..estimators.model_average.estimator import ModelAverage, levels
 from ..estimators.model_average.step import NAIVE
 from ..estimators.model_average.trace import AverageTrace
 from ..memory.exponential_forgetting import ExponentialForgetting
@@ -94,12 +94,19 @@ class Identifier:
         measured = int(np.isfinite(y).sum())
         self.candidates = candidates(self.inputs, self.dt, shown_delays(y[half], u[half]), measured)
         self._members = [(c, memory) for c in self.candidates for memory in c.memories]
-        members = [c.estimator(memory) for c, memory in self._members]
+        center, sizes = self._units()
+        members = [c.estimator(memory, **sizes) for c, memory in self._members]
         self._halfway = np.zeros(len(members))
         names = [f"{c.name}, {memory_words(m)}" for c, m in self._members]
         settle = max(30, 2 * max(c.unknowns for c in self.candidates))
-        self._average = ModelAverage(members, names=names, settle=settle).scaled_to(*self.pilot)
+        self._average = ModelAverage(members, names=names, settle=settle, y_scale=sizes["y_scale"], center=center)
         self._state = self._average.start()
+
+    def _units(self) -> tuple[list[float], dict[str, Any]]:
+        """Return the point from which candidates see the data, and the typical sizes there, as options of theirs."""
+        y, u = validation.record(*self.pilot, self.inputs)
+        center = levels(y, u)
+        return center, self.candidates[0].estimator().scales(y - center[0], u - center[1:] if self.inputs else None)
 
     def _scan(self, y, u) -> AverageTrace:
         trace = self._average.scan(y, u if self.inputs else None, state=self._state)

@@ -144,7 +144,7 @@ class ModelAverage(Estimator):
     def scaled_to(self, y, u=None) -> ModelAverage:
         """Return the same average with the default priors of its members in units of the data (powers of two)."""
         y, u = validation.record(y, u, self.inputs)
-        center = [level(c) for c in (y, *u.T)]
+        center = levels(y, u)
         y, u = y - center[0], u - center[1:]
         members = [m.scaled_to(y, u if m.model.inputs else None) for m in self.members]
         return ModelAverage(**{**self.options, "members": members, "y_scale": power_of_two(y), "center": center})
@@ -242,6 +242,11 @@ class ModelAverage(Estimator):
         for name in ("logs", "brief", "lasting"):
             after["own"][name] -= np.log(np.exp(after["own"][name]).sum())
         return fewer, after
+
+
+def levels(y, u) -> list[float]:
+    """Return the point from which members see y (T,) and each input (T, k): `level` of each."""
+    return [level(c) for c in (y, *u.T)]
 
 
 def level(column) -> float:
