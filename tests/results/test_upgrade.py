@@ -1,6 +1,6 @@
 """What the version before the new names wrote is read, goes on, and gives the same numbers.
 
-Bit for bit, where neither a logarithm is taken nor LAPACK asked nor a quotient is a product since: these differ in the last bit.
+Bit for bit, but where a logarithm is taken, LAPACK is asked or a quotient became a product: there the last bit differs.
 """
 
 import hashlib

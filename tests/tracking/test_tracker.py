@@ -94,6 +94,16 @@ def test_a_stream_gives_the_tracks_of_the_record(size, delay, tmp_path):
     same(record, stream)
 
 
+def test_a_tracker_saved_before_plots_without_keys_were_weighed_goes_on():
+    saved = Path(__file__).parents[1] / "saved" / "tracker-3.npz"  # after 71 plots of the traffic, with a delay of 9 s
+    tracker, whole = Tracker.load(saved), run(traffic(), delay=9.0)
+    tracker.feed(traffic()[71:])
+    tracker.finish()
+    assert [(t.key, t.status, t.plots.time.tolist()) for t in tracker.tracks] == [
+        (t.key, t.status, t.plots.time.tolist()) for t in whole.tracks
+    ]
+
+
 def test_traffic_is_told_apart():
     tracker = run(traffic())
     tracks = tracker.tracks

@@ -11,7 +11,8 @@ from ..engine.atomic import replaced
 from ..engine.errors import InputError
 from ..engine.saved import reading
 from ..estimators.track.estimator import TrackEstimator
-from .live import Event, Live, Plot
+from .existence import SURE, Existence
+from .live import TENTATIVE, Event, Live, Plot
 from .plots import Fault
 
 SCHEMA = 4  # 4: what is learnt of plots without keys
@@ -62,7 +63,7 @@ def restore(kind, path):
     with reading(path, "Tracker.save"):
         with np.load(path, allow_pickle=False) as file:
             arrays = dict(file)
-        facts = json.loads(arrays["facts"].tobytes())
+        facts = _upgraded(json.loads(arrays["facts"].tobytes()))
         if facts["schema"] != SCHEMA:
             raise InputError(f"it was written with schema {facts['schema']}, this version reads {SCHEMA}")
         tracker = kind(TrackEstimator(**facts["estimator"]), **facts["rules"])
@@ -75,6 +76,17 @@ def restore(kind, path):
         inbox.strange = _plot(facts["strange"]) if facts["strange"] else None
         _put_back(tracker.targets, facts, arrays)
         return tracker
+
+
+def _upgraded(facts: dict[str, Any]) -> dict[str, Any]:
+    """Return what schema 3 wrote as schema 4 has it: nothing is learnt yet of plots without keys."""
+    if facts["schema"] != 3:
+        return facts
+    for track in facts["tracks"]:
+        track |= {"odds": 0.0 if track["status"] == TENTATIVE else SURE, "quiet": 0.0}
+    nothing = Existence()
+    learnt = {name: getattr(nothing, name) for name in LEARNT}
+    return facts | {"schema": SCHEMA, "at_once": [], "existence": learnt, "nobody": []}
 
 
 def _put_back(targets, facts: dict[str, Any], arrays: dict[str, np.ndarray]) -> None:
