@@ -257,15 +257,6 @@ class Response:
         found = x[..., self.rows] / self.sigma[self.rows]
         return found if self.bridge is None else self.bridge.whitened(found)
 
-    @property
-    def where(self) -> np.ndarray | slice:
-        """The same, as a slice where they follow each other: nothing is copied then."""
-        if "where" not in self.cache:
-            rows = self.rows
-            is_whole = len(rows) > 0 and rows[-1] - rows[0] + 1 == len(rows)
-            self.cache["where"] = slice(int(rows[0]), int(rows[-1]) + 1) if is_whole else rows
-        return self.cache["where"]
-
     def whitened(self, x, a=(1.0,)) -> np.ndarray:
         """Return signals (.., T), through 1/a, at the rows that count, in deviations of white noise."""
         return self.at_rows(linear_filter(self.white, a, x.T).T)

@@ -29,9 +29,7 @@ class Record:
     u: np.ndarray
     shapes: tuple[np.ndarray, ...]  # of each input (m, T), without a straight part
     floor: float  # what rounding leaves of the noise, at least
-    is_scattered: bool = (
-        False  # whether few samples follow each other: they are whitened by the one before, if long ago
-    )
+    is_scattered: bool = False  # few samples follow each other: each is whitened by the one before, if long ago
 
 
 def recorded(y, u) -> tuple[Record, float, np.ndarray, np.ndarray]:

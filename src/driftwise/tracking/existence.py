@@ -98,9 +98,12 @@ class Existence:
         while self.nobody and self.nobody[0][0] < oldest:
             self.nobody.popleft()
         scans = max(min(REMEMBERED[0], (time - self.begun) / scan), 1.0)
+        return Density(np.array(self.nobody).reshape(-1, 4), scans, self.field(reach))
+
+    def field(self, reach: float) -> float:
+        """Return the area that is seen, m^2, of what is fast by ``reach`` (m) in a scan."""
         east, north = self.box[2] - self.box[0], self.box[3] - self.box[1]
-        field = max(east, FIELD * reach) * max(north, FIELD * reach)
-        return Density(np.array(self.nobody).reshape(-1, 4), scans, field)
+        return max(east, FIELD * reach) * max(north, FIELD * reach)
 
     def is_nobody(self, plot: Plot, track: Live) -> None:
         """Keep a plot of a track that may be none."""

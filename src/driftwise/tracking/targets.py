@@ -236,8 +236,7 @@ class Targets:
         unseen = [t for t in unseen if self._reaches(t.sure, track.last, t.allowance)]
         best, found, first, known = 0.0, None, track.last, self.existence
         scan = self._turn(first)
-        field = known.density(first.time, scan, self.estimator.speed * scan).field
-        births = math.log(known.births(first.time, scan) / field)
+        births = math.log(known.births(first.time, scan) / known.field(self.estimator.speed * scan))
         for old in unseen:
             odds = known.odds(old, known.missed(old, first.time, scan))
             gain = known.gain(odds, Forecast(self.estimator, old, first.time).log_density(first) - births, old)
