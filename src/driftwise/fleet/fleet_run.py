@@ -198,8 +198,11 @@ def _alone(folder: Path) -> Iterator[None]:
     number = os.open(folder, os.O_RDONLY)
     try:
         fcntl.flock(number, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        yield
     except BlockingIOError:
+        os.close(number)
         raise InputError(f"another process is running in {folder}: wait for it, or give another folder") from None
+    try:
+        yield
     finally:
+        fcntl.flock(number, fcntl.LOCK_UN)  # a process that was started meanwhile may still hold a copy
         os.close(number)
