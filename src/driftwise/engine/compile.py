@@ -94,7 +94,12 @@ def crew(kinds: tuple[type, ...], sizes: tuple[float, ...], shapes: tuple[int, .
 
 def has_crew(kinds: tuple[type, ...], sizes: tuple[float, ...], shapes: tuple[int, ...]) -> bool:
     """Say whether that loop was compiled before."""
-    return objects.is_there(_key(loops.make_crew, fingerprint(kinds), (kinds, sizes, shapes), CREW))
+    return objects.is_there(crew_key(kinds, sizes, shapes))
+
+
+def crew_key(kinds: tuple[type, ...], sizes: tuple[float, ...], shapes: tuple[int, ...]) -> str:
+    """Return the name of a fleet's loop: what it is made of."""
+    return _key(loops.make_crew, fingerprint(kinds), (kinds, sizes, shapes), CREW)
 
 
 def has_driver(kinds: tuple[type, ...]) -> bool:

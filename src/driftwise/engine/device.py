@@ -7,13 +7,17 @@ there is no GPU. On a GPU it takes NVIDIA's numba-cuda: in numba's own CUDA targ
 from __future__ import annotations
 
 import functools
-from contextlib import contextmanager
+import hashlib
+import pickle
+from contextlib import contextmanager, suppress
+from pathlib import Path
 from typing import Any
 
 import numba.cuda
 from numba import float64
 
-from . import dispatch, jit
+from . import atomic, dispatch, folders, jit
+from .compile import crew_key
 from .dispatch import advance, open_row, open_scratch, read_all
 from .recovery import is_sound, settle
 from .views import matrix
@@ -40,10 +44,11 @@ def _make_grid(kinds, sizes, shapes):
             state = open_row(form, row)
             t, count, clock = starts[i], -1.0, 0.0
             while t < starts[i + 1]:
-                advance(form, noise, memory, gate, scale, detector, state, scratch, ys, us, outs, order[t])
+                k = order[t] if order.size else t
+                advance(form, noise, memory, gate, scale, detector, state, scratch, ys, us, outs, k)
                 t += 1
-                if not is_sound(outs[order[t - 1]], outputs) or count >= 0.0:
-                    count, clock = settle(row, spec, outs[order[t - 1]], outputs, count, clock)
+                if not is_sound(outs[k], outputs) or count >= 0.0:
+                    count, clock = settle(row, spec, outs[k], outputs, count, clock)
                     t -= 1 if count >= 0.0 else 0
             for j in range(width):
                 rows[j, r] = row[j]
@@ -62,15 +67,43 @@ def grid(kinds: tuple[type, ...], sizes: tuple[float, ...], shapes: tuple[int, .
     """Return the loop ``go[blocks, THREADS](rows, members, starts, order, ys, us, outs, specs, group)``.
 
     As `compile.crew`, except that the rows stand upright, (W, S), all arrays are on the device, and the samples of the
-    i-th member are those that ``order[starts[i] : starts[i + 1]]`` names.
+    i-th member are those that ``order[starts[i] : starts[i + 1]]`` names; an empty order is 0, 1, .. n - 1.
     """
     with jit._lock:
         function = _make_grid(kinds, sizes, shapes)
         if is_simulated():
             return cuda.jit(function)
-        bind()
-        with unfused():
-            return cuda.jit([signature()], lto=False)(function)
+        loop = cuda.jit(function, lto=False)  # as jit(lto=False)(function) it is forgotten, and products are fused
+        _compile(loop, crew_key(kinds, sizes, shapes))
+        return loop
+
+
+def _compile(loop, key: str) -> None:
+    """Compile a loop for the GPU that is there, or take what a former process compiled: it takes up to minutes."""
+    import numba_cuda
+
+    major, minor = cuda.get_current_device().compute_capability
+    path = folders.folder() / f"{key}-{major}{minor}-{numba_cuda.__version__}.cuda"
+    kernel = _kept(path)
+    if kernel is not None:
+        loop.add_overload(kernel, signature())
+        return
+    bind()
+    with unfused():
+        loop.compile(signature())
+    code = pickle.dumps(*loop.overloads.values())
+    with suppress(OSError), atomic.replaced(path) as beside:  # a disk that is full
+        Path(beside).write_bytes(hashlib.sha256(code).digest() + code)
+
+
+def _kept(path: Path) -> Any:
+    """Return the kernel in a file, None where there is none or it is damaged."""
+    with suppress(OSError):
+        data = path.read_bytes()
+        if hashlib.sha256(data[32:]).digest() == data[:32]:
+            folders.touch(path)
+            return pickle.loads(data[32:])
+    return None
 
 
 def assembly(kinds, sizes, shapes, capability=(9, 0)) -> str:

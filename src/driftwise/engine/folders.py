@@ -17,7 +17,7 @@ from functools import cache
 from pathlib import Path
 
 STOCK = Path(__file__).with_name("objects")  # what came with the wheel
-OURS = ("*.fast.*.so", "*.quick.*.so", "*.pending", "driftwise-*")  # all that is ever in the folder
+OURS = ("*.fast.*.so", "*.quick.*.so", "*.cuda", "*.pending", "driftwise-*")  # all that is ever in the folder
 DAY = 86400.0  # seconds
 
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import warnings
+from importlib import import_module
 from importlib.util import find_spec
 from typing import Any
 
@@ -10,6 +12,7 @@ import numpy as np
 
 from ..engine.errors import InputError
 from .crew import Crew
+from .grouping import group_samples, place
 
 SIMULATOR = "To try it without one, slowly, start Python with NUMBA_ENABLE_CUDASIM=1"
 
@@ -50,15 +53,17 @@ class CudaCrew(Crew):
         if self._there is None:
             self._there = tuple(map(cuda.to_device, (np.ascontiguousarray(rows.T), specs, group)))
         upright, settings, groups = self._there
-        order = np.argsort(at, kind="stable")
-        mixed = at[order]
-        first = np.flatnonzero(np.append(True, mixed[1:] != mixed[:-1]))
-        numbers = np.ascontiguousarray(mixed[first], np.int64), np.append(first, len(at)), order
-        members, starts, order = map(cuda.to_device, numbers)
+        at = np.ascontiguousarray(at, np.int64)
+        members, starts, order, is_open = group_samples(at, len(rows))
+        if is_open:
+            place(at, members, starts, order)
+        numbers = map(np.ascontiguousarray, (members, starts, order, ys, us))
+        members, *samples = map(cuda.to_device, numbers)
         outs = cuda.device_array((len(at), columns))
-        there = cuda.to_device(np.ascontiguousarray(ys)), cuda.to_device(np.ascontiguousarray(us))
-        go = self.loop(columns)[-(-members.size // THREADS), THREADS]
-        go(upright, members, starts, order, *there, outs, settings, groups)
+        with warnings.catch_warnings():  # few series fill no GPU: it is said in the documentation, once
+            warnings.filterwarnings("ignore", "Grid size")
+            go = self.loop(columns)[-(-members.size // THREADS), THREADS]
+        go(upright, members, *samples, outs, settings, groups)
         return outs.copy_to_host()
 
 
@@ -72,6 +77,12 @@ def require_device() -> None:
         )
     from numba import cuda
 
+    try:
+        import_module("numba.cuda.np.arrayobj")
+    except AttributeError as error:
+        raise InputError(
+            f"numba-cuda does not work with numpy {np.__version__} ({error}): pip install 'numpy<2.5'"
+        ) from None
     if not cuda.is_available():
         raise InputError(
             f"device='cuda' finds no GPU that it can use: does nvidia-smi list one? Else leave device out. {SIMULATOR}"
