@@ -9,7 +9,9 @@ is left must be right to 1e-7.
 import numpy as np
 from scipy.special import logsumexp
 
-from oracle.banks import Bank, Run, Units, forecast, mix, moments, outer, predict, start, staying, update, where
+from oracle.banks import Bank, Run, Units, forecast, mix, moments, outer, predict, start, update, where
+
+SPEEDS = np.array([[0.9997, 5e-5, 2.5e-4], [3e-4, 0.9994, 3e-4], [2e-4, 5e-5, 0.99975]])
 
 
 def solved(A, g):
@@ -162,8 +164,9 @@ class Trial:
         if not jumps:
             against[:2] = -np.inf
         best, level = max(against[:2]), against[2]
-        self.odds = max((best - max(none, level)) / np.log(100), 0.0)
-        self.weigh(against, min(1 / 8, 5e-4 / max(pi, 5e-4)))
+        shy = min(1 / 8, 5e-4 / max(pi, 5e-4))
+        self.odds = max((best - max(none, level)) / np.log(100 / 8 / shy), 0.0)
+        self.weigh(against, shy)
         least = -2.0 if seen > 200 else 4.0
         if self.odds > 1 and self.age >= 2 and best > least:
             return "jump"
@@ -254,16 +257,20 @@ def run_auto(y, psi, phi, told=None, levels=(0.0, 1e-1), expect="both", P0=1e4):
     y, psi, phi, P0 = (np.asarray(x, np.longdouble) for x in (y, psi, phi, P0))
     S, T, n = psi.shape
     learnt, M = told is None, len(levels) + 1
-    units, A, learner = Units(S, n), staying(M, 0.9998), Learner(S, n, learnt)
+    units, A, learner = Units(S, n), SPEEDS, Learner(S, n, learnt)
     inc, out = start(S, M, n, P0, *((1 - n, 0.0) if learnt else (2.0, 2 * told))), Run.of(S, T, n, M)
     cap, trials, views = 2 * P0, [None] * S, [None] * S  # of a view: mean, P, sigma^2
-    seconds = [None] * S
+    seconds, quiet, struck_before = [None] * S, np.zeros(S), np.zeros(S)
     sums, shown = [Suspicion(n) for _ in range(S)], inc.s2[:, 0]  # sigma^2 so far
     alm, inverse, struck, counted, clean = np.zeros((S, M, n)), np.zeros((S, n)), np.zeros(S), np.zeros(S), np.zeros(S)
     for k in range(T):
         seen = np.isfinite(y[:, k])
         yk, row = np.where(seen, y[:, k], 0), psi[:, k]
         over, rest = units.see(row, seen)
+        for s in np.flatnonzero(seen & (quiet > 0)):  # drift is that of the noise before it was louder
+            louder = shown[s] / quiet[s]
+            over[s] /= louder if louder >= 1.2 else 1.0
+            quiet[s] *= louder >= 1.2
         inverse = np.where(seen[:, None], over, inverse)
         pi = (expect != "jumps") * np.minimum((struck + 0.2) / (counted + 20), 0.25)
         corrected, taken = update(inc, row, yk, learnt, pi[:, None], rest=rest)
@@ -292,7 +299,7 @@ def run_auto(y, psi, phi, told=None, levels=(0.0, 1e-1), expect="both", P0=1e4):
                 suspected = sums[s].see(row[s], eps[s] / np.sqrt(out.S[s, k]), out.S[s, k] / shown[s])
                 suspected = suspected or units.count[s] < 100
                 if (suspected or surprise >= 9) if trials[s] is None else surprise >= 9 and trials[s].yields(clean[s]):
-                    trials[s] = Trial(inc.at([s]), over[s], surprise, learnt)
+                    trials[s], struck_before[s] = Trial(inc.at([s]), over[s], surprise, learnt), struck[s]
             if not rest[s] and 2 * n < units.count[s] < 200:
                 if seconds[s] is None or seconds[s].is_over(n):
                     seconds[s] = Second(here, np.minimum(P0, 1e6 * over[s]), 1 - n if learnt else 2.0)
@@ -317,10 +324,13 @@ def run_auto(y, psi, phi, told=None, levels=(0.0, 1e-1), expect="both", P0=1e4):
                     winner, learner.dtheta[s], learner.dP[s] = trial.copies[0], 0, 0
                 elif what:
                     winner = trial.copies[2]
-                    change = trial.before / winner.s2[0, 0]
-                    learner.dP[s] *= change
-                    learner.eta[s] = np.clip(learner.eta[s] + np.log(change), *learner.bounds)
+                    level, before = winner.s2[0, 0], quiet[s] if quiet[s] > 0 else trial.before
+                    learner.dP[s] *= trial.before / level
+                    quiet[s] = before if level > 1.2 * before else 0.0
+                    if not quiet[s]:
+                        learner.eta[s] = np.clip(learner.eta[s] + np.log(before / level), *learner.bounds)
                 if what:
+                    struck[s] = struck[s] if what == "no jump" else struck_before[s]
                     for name in ("theta", "P", "nu", "chi2"):
                         getattr(new, name)[s] = getattr(winner, name)[0]
                     new.w[s] = trial.w[0]

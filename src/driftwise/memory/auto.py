@@ -22,9 +22,9 @@ from .auto_answers import (
     take_along_auto,
     time_update_auto,
 )
-from .auto_constants import JUMP_ODDS, LEAST, LEVELS, MOST, PRIOR, SAMPLES, START, STAY, TAU
-from .auto_state import MODES, auto_size
-from .bank import common_of_banks, staying
+from .auto_constants import JUMP_ODDS, LEAST, LEVELS, MOST, PRIOR, SAMPLES, SPEEDS, START, TAU
+from .auto_state import auto_size
+from .bank import common_of_banks
 from .registry import (
     adapt,
     begin,
@@ -126,7 +126,7 @@ def resolve_auto_memory(memory, setting):
         **common_of_banks(setting, memory.phi), outliers=float(expect != "jumps"), jumps=float(expect != "outliers"),
         start=np.log(START), least=np.log(LEAST), most=np.log(MOST), samples=SAMPLES, tau=TAU, prior=PRIOR,
         lags=setting.lags if setting.lags.size else np.zeros(setting.N),
-        levels=levels, A=staying(MODES, STAY).ravel(),
+        levels=levels, A=np.ravel(SPEEDS),
     )  # fmt: skip
 
 

@@ -4,18 +4,21 @@ import math
 
 from ..detect.watch import SINCE, STATISTIC, WHICH
 from ..engine.dense import at
-from ..engine.dispatch import kernel
+from ..engine.dispatch import kernel, rare
 from ..engine.status import AT_REST, CAPPED, NOISE, OUTLIER
 from ..engine.ud import predicted_variance
-from .auto_constants import ISOLATED, SUSPECT, YOUNG, YOUNG_ENOUGH
+from .auto_constants import EVEN, FREQUENT, ISOLATED, STILL_LOUD, SUSPECT, SUSPECT_FREQUENT, YOUNG, YOUNG_ENOUGH
 from .auto_shown import blend, drift_together, mixture_with_copies
 from .auto_state import (
     CLEAN,
     HEAD,
     IS_ISOLATED,
     MODES,
+    QUIET,
     RHO,
     SINCE_NOW,
+    STRUCK_BEFORE,
+    STRUCK_SO_FAR,
     VERDICT,
     count_outlier,
     open_parts,
@@ -31,7 +34,7 @@ from .suspicion import calm, suspect
 from .trial import argue, begin_trial, end_trial, is_to_begin, is_to_end, time_update_copies
 from .trial_state import AGE, ODDS, show_none
 from .unknown_drift import SEEN, UNEXCITED, excite, lean, open_drift_state
-from .verdict import A_JUMP, A_LEVEL, NOTHING, judge
+from .verdict import A_JUMP, A_LEVEL, NO_JUMP, NOTHING, judge, quieter
 from .verdict import follow as follow_verdict
 
 
@@ -40,6 +43,17 @@ def begin_auto(memory, state, view):
     """Let every filter begin as the estimator does."""
     parts = open_parts(memory, state, view.D.size)
     begin_modes(memory, parts.own.bank, view.theta, view.U, view.D)
+
+
+@rare
+def stay_as_fast(head, unit, s2):
+    """Let no parameter move faster because the noise is louder: units, relative to sigma^2, are those of before."""
+    louder = s2 / head[QUIET]
+    if louder < STILL_LOUD:
+        head[QUIET] = 0.0
+        return
+    for i in range(unit.size):
+        unit[i] /= louder
 
 
 @kernel
@@ -52,6 +66,10 @@ def try_out(memory, parts, e, R, evidence, rho, outliers, view):
     rho = (1.0 - shown[0] - shown[1] - shown[2]) * rho + shown[0] * same + shown[1] * freed + shown[2] * level
     if head[VERDICT] != NOTHING:
         head[SINCE_NOW] = follow_verdict(memory, trial, parts.learner, own.bank, own.dense, unit, head[VERDICT])
+        if head[VERDICT] != NO_JUMP:
+            head[STRUCK_SO_FAR] = head[STRUCK_BEFORE]
+        if head[VERDICT] == A_LEVEL:
+            head[QUIET] = quieter(memory, trial, parts.learner, head[QUIET])
         calm(parts.sums)
     elif is_to_end(trial):
         end_trial(trial)
@@ -66,6 +84,8 @@ def adapt_auto(memory, state, e, R, view):
     own, trial, drift, learner, head = parts.own, parts.trial, parts.drift, parts.learner, parts.head
     N, M, T = D.size, MODES, predicted_variance(view.f, D, R)
     is_unexcited = excite(memory, drift, view.row)
+    if head[QUIET] > 0.0:
+        stay_as_fast(head, drift.unit, s2)
     lean(drift, R, T)
     if own.head[WAITS] > 0.0:  # one more output of the same sample
         fold(own.bank, own.dense, N)
@@ -77,6 +97,7 @@ def adapt_auto(memory, state, e, R, view):
         is_suspicious = suspect(parts.sums, view.psi, e, T, s2) or drift.head[SEEN] < YOUNG
         if is_to_begin(trial, surprise, is_suspicious, head[CLEAN] >= ISOLATED):
             begin_trial(memory, trial, own.bank, drift.unit, M, surprise, view.b)
+            head[STRUCK_BEFORE] = head[STRUCK_SO_FAR]
             is_on = True
     evidence, rho = update_bank(
         memory, own.bank, own.dense, e, R, theta, view, own.logs, outliers, is_unexcited, is_unexcited
@@ -121,11 +142,14 @@ def count_auto(memory, state, count, chi2, weight, gain):
 
 @kernel
 def outlier_probability_auto(memory, state):
-    """What is said of several in a row is not certain: they may be something else."""
+    """What is said of several in a row is not certain, nor of one where they are rare: they may be something else."""
     head = open_drift_state(state, memory.cap.size).own
     if head[VERDICT] != NOTHING:
         return 0.0
-    return head[RHO] if head[IS_ISOLATED] > 0.0 else min(head[RHO], SUSPECT)
+    rho, is_frequent = head[RHO], share_of_outliers(memory, head) > FREQUENT
+    if head[IS_ISOLATED] == 0.0:
+        rho = min(rho, SUSPECT_FREQUENT if is_frequent else SUSPECT)
+    return min(rho, EVEN) if rho <= SUSPECT and not is_frequent and memory.has_state == 0.0 else rho
 
 
 @kernel

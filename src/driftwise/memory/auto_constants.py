@@ -8,7 +8,11 @@ from ..engine.elementary import log
 
 # How fast parameters drift
 LEVELS = (0.0, 0.1)  # NVRs beside the learnt one: none, and as fast as can be told from noise (three samples)
-STAY = 0.9998  # probability that the speed stays: a plant changes it once in five thousand samples, not oftener
+SPEEDS = (  # probability a sample that each becomes each: a plant does so once in thousands of samples, and does not
+    (0.9997, 5e-5, 2.5e-4),  # run fast for long. What leaks into constants from the fast filter is error, so the learnt
+    (3e-4, 0.9994, 3e-4),  # one takes it up: where that is no likelier, bars of slow walks are too narrow
+    (2e-4, 5e-5, 0.99975),
+)
 START, LEAST, MOST = 1e-2, 1e-6, 10.0  # learnt NVR: at first (high: its slope vanishes with it), memory of 1000 .. 0.3
 SAMPLES, TAU, PRIOR = 300.0, 2.0, 4.0  # that count; deviations of log NVR among the parameters, and from the start
 
@@ -17,12 +21,15 @@ STRUCK, CHANCES = 0.2, 20.0  # before data: one sample in a hundred, with the we
 STRUCK_FADES = 0.998  # per sample, of that count: five hundred samples tell the share of outliers
 OFTEN = 0.25  # at most: what is wrong oftener is no sensor's, but the model's
 ISOLATED = 2.0  # clean samples before one that is taken for a wrong number alone: several in a row are something else
-SUSPECT = 0.9  # what is said of the others, at most
+SUSPECT, SUSPECT_FREQUENT = 0.9, 0.95  # what is said of the others, at most; the second where outliers are frequent
+FREQUENT = 0.02  # this share is
+EVEN = 0.5  # what is said of a doubted one where they are rarer, at most: a jump looks alike
 
 # Jumps and levels of the noise
 RATE = 1e-3  # of each, a sample, before data: two in a record of two thousand
 FALSE_RATE = 1e-5  # of jumps told that are none, as promised: .02 in such a record
-JUMP_ODDS = log(RATE / FALSE_RATE)  # at these odds against none, or a level: sums of ratios keep that (Shiryaev 1963)
+JUMP_ODDS = log(RATE / FALSE_RATE)  # at these odds against none, or a level: sums of ratios keep that (Shiryaev 1963);
+# at higher ones where outliers are frequent, by as much as the mean is shyer: three in a row look like a jump
 LEVEL_ODDS = log(1000.0)  # of a level against none: loud samples make it suspected, and so begin its trial
 LEVEL_OVER_JUMP = log(20.0)  # and against a jump: that something happened is no question then; who is set free follows
 # louder noise as well, so many logs behind, and never more
@@ -44,6 +51,7 @@ LONE = (
 )
 LOUD, LOUD_FREEDOM = 3.0, 1.0  # at a surprise the new sigma^2 over the old: so many times, hardly known (one sample)
 PLAIN_FREEDOM = 2.0  # without one it may be either way: as it was, by two samples
+STILL_LOUD = 1.2  # times sigma^2 of before: as long as that, drift is told in units of the noise before it was louder
 FREED_FREEDOM = 4.0  # what is known of sigma^2 after a jump, at most: a level may have changed with it
 
 # Trials

@@ -14,7 +14,8 @@ from .suspicion import open_suspicion, suspicion_size
 from .trial_state import open_trial, trial_size
 from .unknown_drift import open_drift_state
 
-RHO, CLEAN, VERDICT, STRUCK_SO_FAR, COUNTED, SINCE_NOW, IS_ISOLATED, HEAD = range(8)  # its own numbers, and how many
+RHO, CLEAN, VERDICT, STRUCK_SO_FAR, COUNTED, SINCE_NOW, IS_ISOLATED = range(7)  # its own numbers
+QUIET, STRUCK_BEFORE, HEAD = range(7, 10)  # and how many
 MODES = len(LEVELS) + 1
 
 AUTO = Layout(
@@ -27,6 +28,8 @@ AUTO = Layout(
         counted="of so many samples",
         since="how long ago began what was decided; -1: the noise is quieter",
         isolated="whether the samples before the last were no outliers",
+        quiet="sigma^2 before the noise became louder; 0: it has not",
+        struck_before="outliers until the trial began: what it explains were none",
     ),
     Field("bank", ("bank_size(N, M)",), "the filters that interact"),
     Field("suspicion", ("suspicion_size(N)",), "whether something may have happened"),

@@ -16,6 +16,7 @@ from .auto_constants import (
     RATE,
     SHY,
     SHY_OF_OUTLIERS,
+    STILL_LOUD,
     UNSEEN,
 )
 from .likelihood_drift import begin_again, derivatives
@@ -39,8 +40,9 @@ def judge(memory, trial, outliers, seen):
     shown[LEVEL] = found[LEVEL] + prior - head[BESIDE]
     best, level = max(shown[SAME], shown[FREED]), shown[LEVEL]
     none = max(found[SAME] - head[BESIDE], level)
-    head[ODDS] = max((best - none) / JUMP_ODDS, 0.0) if memory.jumps > 0.0 else 0.0
-    weigh_up(shown, moved, min(SHY, SHY_OF_OUTLIERS / max(outliers, SHY_OF_OUTLIERS)))
+    shy = min(SHY, SHY_OF_OUTLIERS / max(outliers, SHY_OF_OUTLIERS))
+    head[ODDS] = max((best - none) / (JUMP_ODDS + log(SHY / shy)), 0.0) if memory.jumps > 0.0 else 0.0
+    weigh_up(shown, moved, shy)
     by_drift = BY_DRIFT if seen > LEARNT else BY_DRIFT_YOUNG
     if head[ODDS] > 1.0 and head[AGE] >= JUMP_AGE and best > by_drift:
         return A_JUMP
@@ -108,8 +110,6 @@ def follow(memory, trial, learner, bank, dense, unit, what):
             _, dP = derivatives(learner, j)
             for i in range(dP.size):
                 dP[i] *= change
-            eta = memory.start + learner.eta[j] + log(change)
-            learner.eta[j] = min(max(eta, memory.least), memory.most) - memory.start
     half = N * (N + 1) // 2
     hand_over(bank, dense, mode(trial.copies, k, N), trial.dense[k * half : (k + 1) * half])
     for m in range(memory.levels.size):
@@ -125,3 +125,16 @@ def follow(memory, trial, learner, bank, dense, unit, what):
             trial.shown[k] = trial.moved[k] = 0.0
     trial.head[AGE] = 1.0 if what == A_JUMP else 0.0
     return since
+
+
+@rare
+def quieter(memory, trial, learner, quiet):
+    """Return sigma^2 before the noise became louder, 0 where it is not; learnt ratios are to the quiet noise."""
+    level = own_sigma2(memory, mode(trial.copies, LEVEL, memory.cap.size).own)
+    before = quiet if quiet > 0.0 else trial.head[BEFORE]
+    if level > STILL_LOUD * before:
+        return before
+    for j in range(learner.eta.size):
+        eta = memory.start + learner.eta[j] + log(before / level)
+        learner.eta[j] = min(max(eta, memory.least), memory.most) - memory.start
+    return 0.0

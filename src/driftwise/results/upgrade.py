@@ -59,9 +59,10 @@ def parts(fields: list) -> list:
 
 # --- rows of AutoMemory and of an average, as they were ---------------------------------------------------------------
 # First: AutoMemory kept two more banks instead of its trials; the mean of an average was by likelihood alone.
-# Second: AutoMemory began once only.
+# Second: AutoMemory began once only. Third: louder noise made parameters faster, and AutoMemory's head was shorter.
 
-FORMER = 2
+FORMER = 3
+SHORT_HEAD = 7  # numbers of the head of AutoMemory, in all of them
 
 
 class Piece(NamedTuple):
@@ -152,15 +153,17 @@ def _piece(memory) -> Piece:
     from ..memory.unknown_drift import drift_state_size
 
     N, now = memory.cap.size, memory.state_size(memory.cap.size)
-    first = HEAD + bank_size(N, MODES) + 2 * MODES * size_of(N) + learner_size(N, N)
-    return Piece((drift_state_size(N, first), now - second_size(N)), now, (_trials, _second_start), memory)
+    first = SHORT_HEAD + bank_size(N, MODES) + 2 * MODES * size_of(N) + learner_size(N, N)
+    third = now - (HEAD - SHORT_HEAD)
+    before = drift_state_size(N, first), third - second_size(N), third
+    return Piece(before, now, (_trials, _second_start, _longer_head), memory)
 
 
 def _average(estimator, size: int) -> Piece:
     """Return how long what an average keeps of its own was and is."""
     start = estimator.start()["own"]
     before = sum(start[name].size for name in start.dtype.names[: start.dtype.names.index("brief")])
-    return Piece((before, size), size, (_blended, None), start)
+    return Piece((before, size, size), size, (_blended, None, None), start)
 
 
 def _blended(was: np.ndarray, piece: Piece) -> np.ndarray:
@@ -172,30 +175,39 @@ def _blended(was: np.ndarray, piece: Piece) -> np.ndarray:
     return now
 
 
+def _longer_head(was: np.ndarray, piece: Piece) -> np.ndarray:
+    """Return what one `AutoMemory` keeps, whose noise has not become louder."""
+    from ..memory.unknown_drift import drift_state_size
+
+    end = drift_state_size(piece.owner.cap.size) + SHORT_HEAD
+    return np.insert(was, [end] * (piece.now - was.shape[-1]), 0.0, axis=-1)
+
+
 def _second_start(was: np.ndarray, piece: Piece) -> np.ndarray:
     """Return what one `AutoMemory` keeps, which has not begun again; what learns a speed stands last."""
     from ..memory.likelihood_drift import learner_size
 
-    N = piece.owner.cap.size
-    return np.insert(was, [was.shape[-1] - learner_size(N, N)] * (piece.now - was.shape[-1]), 0.0, axis=-1)
+    N, third = piece.owner.cap.size, piece.before[-1]
+    was = np.insert(was, [was.shape[-1] - learner_size(N, N)] * (third - was.shape[-1]), 0.0, axis=-1)
+    return _longer_head(was, piece)
 
 
 def _trials(was: np.ndarray, piece: Piece) -> np.ndarray:
     """Return what one `AutoMemory` keeps; it kept on, age, jumped, louder, verdict, rho, clean, and three banks."""
     from ..memory.auto_constants import ISOLATED
-    from ..memory.auto_state import CLEAN, HEAD, IS_ISOLATED, MODES, RHO
+    from ..memory.auto_state import CLEAN, IS_ISOLATED, MODES, RHO
     from ..memory.bank import bank_size
     from ..memory.likelihood_drift import learner_size
     from ..memory.unknown_drift import drift_state_size
 
     N = piece.owner.cap.size
     begin, learner = drift_state_size(N), learner_size(N, N)
-    filters = begin + HEAD + bank_size(N, MODES)
-    now = np.zeros((*was.shape[:-1], piece.now))
+    filters = begin + SHORT_HEAD + bank_size(N, MODES)
+    now = np.zeros((*was.shape[:-1], piece.before[-1]))
     now[..., :filters] = was[..., :filters]
     now[..., -learner:] = was[..., -learner:]
-    head = now[..., begin : begin + HEAD]
+    head = now[..., begin : begin + SHORT_HEAD]
     rho, clean = head[..., 5].copy(), head[..., 6].copy()
     head[...] = 0.0
     head[..., RHO], head[..., CLEAN], head[..., IS_ISOLATED] = rho, clean, clean >= ISOLATED
-    return now
+    return _longer_head(now, piece)
