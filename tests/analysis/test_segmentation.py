@@ -7,7 +7,7 @@ from driftwise_studies.score.claims.simulation import record
 from scipy.signal import lfilter
 
 from driftwise.analysis.change_log import ChangeLog, moved
-from driftwise.analysis.change_places import effects, scanned, share
+from driftwise.analysis.change_places import effects, scanner, share
 from driftwise.analysis.segmentation import GAIN, LEVEL, NOISE, Jump, hindsight
 
 
@@ -173,7 +173,7 @@ def test_what_a_change_takes_is_that_of_least_squares_with_it_at_every_place(kin
         d = np.array([one[k] for one in effects(now, kind, 0, places)]).T * now.weight[:, None]
         left = [np.linalg.lstsq(X, r, rcond=None)[1].item() for X in (now.basis, np.hstack([now.basis, d]))]
         expected.append((left[0] - left[1]) / 2)
-    np.testing.assert_allclose(scanned(now, kind, 0, places, r), expected, rtol=1e-7)
+    np.testing.assert_allclose(scanner(now, kind, 0, r)(places), expected, rtol=1e-7)
 
 
 def test_changes_between_scattered_samples_of_slow_noise_are_told_and_none_that_are_not_there():

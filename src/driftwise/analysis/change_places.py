@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -15,6 +16,7 @@ from .response_record import delayed, long_run, long_run_of
 
 APART = 10  # samples between two changes
 PLACES, NEAR = 64, 64  # at which a change is looked for, and about the likeliest of them
+ROUND_OFF = 1e-9  # of what a change takes
 LEVEL, GAIN = "level", "gain"
 NUMBERS = {LEVEL: 1, GAIN: 2}  # of a change: a gain has the point about which it turns
 
@@ -54,14 +56,14 @@ def later(now: Response, response, places) -> np.ndarray:
     return found if now.bridge is None else now.bridge.whitened(found)
 
 
-def scanned(now: Response, kind: str, i: int, places, r) -> np.ndarray:
-    """Return what a change at each place takes off half the squares of ``r``, (places,), beside all else.
+def scanner(now: Response, kind: str, i: int, r) -> Callable[[np.ndarray], np.ndarray]:
+    """Return what a change at places takes off half the squares of ``r``, (places,), beside all else, as a function.
 
     It is a response that begins there, `effects`: its product with a signal, for each place, is that signal filtered by
     it from the end of the record on.
     """
     if now.bridge is not None:  # what comes of one place is not shifted to another
-        return np.array([0.5 * float(np.sum(part_of(now, kind, i, at, r)[0] ** 2)) for at in places])
+        return lambda places: np.array([0.5 * float(np.sum(part_of(now, kind, i, at, r)[0] ** 2)) for at in places])
     T, n, Q, F, A = len(now.used), len(now.rows), now.basis, now.white, np.ones(1)
     size, targets = np.zeros(T), np.zeros((T, 1 + Q.shape[1]))
     size[now.rows] = now.weight / now.sigma[now.rows]
@@ -70,19 +72,25 @@ def scanned(now: Response, kind: str, i: int, places, r) -> np.ndarray:
         A = now.denominator
     steps, inside = np.convolve(A, [1.0, -1.0]), Q.T @ r
     step, power = linear_filter(F, steps, np.eye(1, T)[0]), size * size
-    d = backwards(F, steps, targets)[places]
-    free = np.array([step[: T - p] ** 2 @ power[p:] for p in places]) - np.einsum("ij,ij->i", d[:, 1:], d[:, 1:])
-    product = d[:, 0] - d[:, 1:] @ inside
-    taken = 0.5 * share(product, free, n) * product
-    if kind == GAIN:  # beside the level that moves with it
-        own, own_squares, shared = driven_from(now, i, places, targets, power, step)
-        own_free = own_squares - np.einsum("ij,ij->i", own[:, 1:], own[:, 1:])
-        own_product = own[:, 0] - own[:, 1:] @ inside
-        shared = shared - np.einsum("ij,ij->i", own[:, 1:], d[:, 1:])
-        part = share(shared, free, n)
-        own_free, own_product = own_free - part * shared, own_product - part * product
-        taken = taken + 0.5 * share(own_product, own_free, n) * own_product
-    return taken
+    of_step, squared = backwards(F, steps, targets), step * step
+    of_input = driven_from(now, i, targets, power, step) if kind == GAIN else None
+
+    def scanned(places) -> np.ndarray:
+        d = of_step[places]
+        free = np.array([squared[: T - p] @ power[p:] for p in places]) - np.einsum("ij,ij->i", d[:, 1:], d[:, 1:])
+        product = d[:, 0] - d[:, 1:] @ inside
+        taken = 0.5 * share(product, free, n) * product
+        if of_input:  # beside the level that moves with it
+            own, own_squares, shared = of_input(places)
+            own_free = own_squares - np.einsum("ij,ij->i", own[:, 1:], own[:, 1:])
+            own_product = own[:, 0] - own[:, 1:] @ inside
+            shared = shared - np.einsum("ij,ij->i", own[:, 1:], d[:, 1:])
+            part = share(shared, free, n)
+            own_free, own_product = own_free - part * shared, own_product - part * product
+            taken = taken + 0.5 * share(own_product, own_free, n) * own_product
+        return taken
+
+    return scanned
 
 
 def backwards(b, a, x) -> np.ndarray:
@@ -90,8 +98,8 @@ def backwards(b, a, x) -> np.ndarray:
     return linear_filter(b, a, x[::-1])[::-1]
 
 
-def driven_from(now: Response, i: int, places, targets, power, step) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the products of what an input does from each place on with targets (T, m), itself, and steps from there.
+def driven_from(now: Response, i: int, targets, power, step) -> Callable:
+    """Return the products of what an input does from places on with targets (T, m), itself, and steps from there.
 
     What it does from p on is y, what it does in all, less what goes on of all before p: some impulses at p, p + 1, ..
     through 1/A. ``power`` (T,) weighs squares.
@@ -99,24 +107,29 @@ def driven_from(now: Response, i: int, places, targets, power, step) -> tuple[np
     T, F, A, x = len(now.used), now.white, now.denominator, now.driven(i, now.moved(i))
     y, many = linear_filter(F, A, x), max(len(F), len(A)) - 1
     before = np.arange(1, many + 1)
-    past = [np.where(places[:, None] >= before, one[places[:, None] - before], 0.0) for one in (y, x)]
-    q = np.zeros((len(places), many))
-    for lag in range(many):
-        for coefficients, signal in ((A, past[0]), (-F, past[1])):
-            rest = coefficients[lag + 1 :]
-            q[:, lag] -= signal[:, : len(rest)] @ rest
     impulse = linear_filter([1.0], A, np.eye(1, T)[0])
-    at = places[:, None] + np.arange(many)
-    on = backwards([1.0], A, np.column_stack([targets, power * y]))
-    on = np.append(on, np.zeros((many, on.shape[1])), axis=0)[at]
-    whole = np.cumsum(np.column_stack([targets * y[:, None], power * y * y])[::-1], axis=0)[::-1][places]
-    products, squares = whole[:, :-1] - np.einsum("pl,plm->pm", q, on[:, :, :-1]), whole[:, -1]
-    shared = backwards(F, np.convolve(A, [1.0, -1.0]), power * y)[places]
+    later = backwards([1.0], A, np.column_stack([targets, power * y]))
+    later = np.append(later, np.zeros((many, later.shape[1])), axis=0)
+    sums = np.cumsum(np.column_stack([targets * y[:, None], power * y * y])[::-1], axis=0)[::-1]
+    beside = backwards(F, np.convolve(A, [1.0, -1.0]), power * y)
     lasts = min(np.flatnonzero(abs(impulse) > 1e-20 * abs(impulse).max())[-1] + many + 1, T)
-    tails = q @ np.array([delayed(impulse[:lasts], lag) for lag in range(many)]).reshape(many, lasts)
-    weights = np.lib.stride_tricks.sliding_window_view(np.append(power, np.zeros(lasts)), lasts)[places]
-    squares = squares - 2 * np.einsum("pl,pl->p", q, on[:, :, -1]) + np.einsum("pt,pt,pt->p", tails, tails, weights)
-    return products, squares, shared - np.einsum("pt,pt->p", tails * step[:lasts], weights)
+    impulses = np.array([delayed(impulse[:lasts], lag) for lag in range(many)]).reshape(many, lasts)
+    windows = np.lib.stride_tricks.sliding_window_view(np.append(power, np.zeros(lasts)), lasts)
+
+    def from_places(places):
+        past = [np.where(places[:, None] >= before, one[places[:, None] - before], 0.0) for one in (y, x)]
+        q = np.zeros((len(places), many))
+        for lag in range(many):
+            for coefficients, signal in ((A, past[0]), (-F, past[1])):
+                rest = coefficients[lag + 1 :]
+                q[:, lag] -= signal[:, : len(rest)] @ rest
+        on, whole = later[places[:, None] + np.arange(many)], sums[places]
+        products, squares = whole[:, :-1] - np.einsum("pl,plm->pm", q, on[:, :, :-1]), whole[:, -1]
+        tails, weights = q @ impulses, windows[places]
+        squares = squares - 2 * np.einsum("pl,pl->p", q, on[:, :, -1]) + np.einsum("pt,pt,pt->p", tails, tails, weights)
+        return products, squares, beside[places] - np.einsum("pt,pt->p", tails * step[:lasts], weights)
+
+    return from_places
 
 
 def part_of(now: Response, kind: str, i: int, at: int, r) -> tuple[np.ndarray, np.ndarray]:
@@ -159,15 +172,17 @@ def place(now: Response, kind: str, i: int, r, hint: int = -1) -> Place | None:
     grid = apart(np.unique(grid), others)
     if not len(grid):
         return None
-    taken = scanned(now, kind, i, grid, r)
+    scanned = scanner(now, kind, i, r)
+    taken = scanned(grid)
     best = int(np.argmax(taken))
     a, b = grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]
     fine = seen[(seen >= a) & (seen <= b)]
     fine = apart(fine[:: max(len(fine) // NEAR, 1)], others)
-    finer = scanned(now, kind, i, fine, r)
-    at = int(np.argmax(finer))
-    if not finer[at] > 0:
+    finer = scanned(fine)
+    most = float(finer.max())
+    if not most > 0:
         return None
+    at = int(np.flatnonzero(finer >= (1 - ROUND_OFF) * most)[-1])  # of places without a row between them the last
     d, own = part_of(now, kind, i, int(fine[at]), r)
     calm = max(long_run(d * (r - d)) / max(float(np.mean(d**2)), 1e-300), 1.0)
     lone = 0.5 * float(r[int(np.argmax(abs(d)))] ** 2)  # what a shock of one sample would explain
@@ -218,7 +233,7 @@ def beside_shock(now: Response, at: int) -> float:
     T, least = len(now.used), now.loss()
     for near in range(max(at - 1, 0), min(at + 2, T)):
         spike = np.eye(1, T, near)[0]
-        for way in (np.where(now.rows == near, 1.0, 0.0), now.at_rows(linear_filter(now.white, [1.0], spike))):
+        for way in (np.where(now.rows == near, 1.0, 0.0), now.whitened(spike)):
             size = float(share(way @ now.left, way @ way, 1))
             least = min(least, huber(now.left - size * way))
     return least

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import accumulate
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -40,35 +41,43 @@ def lagged_products(signals, spans) -> np.ndarray:
     T, reach, many = len(signals[0]), max(spans), sum(spans)
     if T < reach:
         return np.zeros((many, many))
-    gaps = [(~np.isfinite(x), span) for x, span in zip(signals, spans)]
-    out = [sliding_window_view(gap, span)[reach - span :].any(axis=1) for gap, span in gaps if gap.any()]
-    unknown = np.logical_or.reduce([np.zeros(T - reach + 1, bool), *out])
-    signals = [np.where(gap, 0.0, x) for x, (gap, _) in zip(signals, gaps)]
+    gaps = [~np.isfinite(x) for x in signals]
+    out = [_windows(gap, span, reach).any(axis=1) for gap, span in zip(gaps, spans) if gap.any()]
+    if not out:
+        return _all_products(signals, spans)
+    unknown = np.logical_or.reduce(out)
+    signals = [np.where(gap, 0.0, x) for x, gap in zip(signals, gaps)]
     is_few = 2 * np.count_nonzero(unknown) < len(unknown)
     rows = np.flatnonzero(unknown == is_few)
-    views = [sliding_window_view(x, span)[reach - span :, ::-1] for x, span in zip(signals, spans)]
-    X = np.hstack([view[rows] for view in views])
+    X = np.hstack([_windows(x, span, reach)[rows, ::-1] for x, span in zip(signals, spans)])
     return _all_products(signals, spans) - X.T @ X if is_few else X.T @ X
+
+
+def _windows(x, span: int, reach: int) -> np.ndarray:
+    """Return the last ``span`` samples up to each from the ``reach``-th on, (T - reach + 1, span)."""
+    return sliding_window_view(x, span)[reach - span :]
 
 
 def _all_products(signals, spans) -> np.ndarray:
     """Return the same over all samples: G(a + 1, b + 1) is G(a, b), the sample before the first for the last."""
-    reach = max(spans)
+    reach, ends = max(spans), list(accumulate(spans, initial=0))
     latest = [x[reach - span :] for x, span in zip(signals, spans)]
     before = [x[: span - 1][::-1] for x, span in zip(latest, spans)]
     after = [x[:-span:-1] for x, span in zip(latest, spans)]
-    found: list[list] = [[None] * len(spans) for _ in spans]
-    for i, j in zip(*np.tril_indices(len(spans))):
-        p, q = spans[i], spans[j]
-        line = np.zeros(p * (p + q + 1))  # rows of p + q: what is below and to the right of it is p + q + 1 further
-        G = line[: p * (p + q)].reshape(p, p + q)
-        G[0, :q] = np.correlate(latest[j], latest[i][p - 1 :])[::-1]
-        G[:, 0] = G[0, :q] if i == j else np.correlate(latest[i], latest[j][q - 1 :])[::-1]
-        G[1:, 1:q] = np.multiply.outer(before[i], before[j]) - np.multiply.outer(after[i], after[j])
-        steps = line.reshape(p, p + q + 1)
-        np.cumsum(steps, axis=0, out=steps)
-        found[i][j], found[j][i] = G[:, :q], G[:, :q].T
-    return np.block(found)
+    found = np.empty((ends[-1], ends[-1]))
+    for i, p in enumerate(spans):
+        for j, q in enumerate(spans[: i + 1]):
+            line = np.zeros(p * (p + q + 1))  # rows of p + q: what is below and to the right of it is p + q + 1 further
+            G = line[: p * (p + q)].reshape(p, p + q)
+            G[0, :q] = np.correlate(latest[j], latest[i][p - 1 :])[::-1]
+            if p > 1:
+                G[:, 0] = G[0, :q] if i == j else np.correlate(latest[i], latest[j][q - 1 :])[::-1]
+                G[1:, 1:q] = np.multiply.outer(before[i], before[j]) - np.multiply.outer(after[i], after[j])
+                steps = line.reshape(p, p + q + 1)
+                np.cumsum(steps, axis=0, out=steps)
+            own, other = slice(ends[i], ends[i + 1]), slice(ends[j], ends[j + 1])
+            found[own, other], found[other, own] = G[:, :q], G[:, :q].T
+    return found
 
 
 class DelayScan:

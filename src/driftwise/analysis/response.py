@@ -7,6 +7,7 @@ inputs, and only samples that were measured are compared with it.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from itertools import accumulate, pairwise, starmap
 from typing import Any
@@ -15,11 +16,13 @@ import numpy as np
 
 from ..models.filtering import linear_filter
 from ..results.stable import is_endless
+from .copies import Copies, copies
 from .response_record import COLOUR, FAR, HUBER, SHARE, Record, autoregression, delayed, least_squares, local_size
 from .scattered_noise import Bridge, bridge, scattered
 
 STEPS, SHRINK = 8, (1.0, 0.4, 0.1)  # of Gauss and Newton, and how much of one is tried
 PARTS = "bends", "gains", "shifts", "ramps", "start", "columns", "levels"  # of the numbers beside A and B, in order
+KEPT = "placed", "rows", "bridge", "deviations"  # of what is known of a response, by others of its parts and noise
 INNER = "shifts", "start"  # parts of the mean that pass through 1/A without an input
 EDGE = 0.9998  # of a pole, at most
 RINGS = 8.0  # time constants of a pair that a record must hold
@@ -87,7 +90,7 @@ class Response:
     def at(self, theta) -> Response:
         """Return the same with other parameters."""
         n, m = len(self.a), self.b.size
-        kept = {name: self.cache[name] for name in ("placed", "rows", "bridge") if name in self.cache}
+        kept = {name: self.cache[name] for name in KEPT if name in self.cache}
         return replace(self, a=theta[:n], b=theta[n : n + m].reshape(self.b.shape), more=theta[n + m :], cache=kept)
 
     @property
@@ -170,32 +173,36 @@ class Response:
         u = self.record.u[:, i]
         return u + self.bend(i) @ self.record.shapes[i] if i in self.bent else u
 
-    def before(self) -> list[np.ndarray]:
+    def before(self) -> Copies:
         """Return what passes through 1/A for each number of B and of ``more`` up to the start, (T,) each."""
         T, drives = len(self.record.y), self.drives
-        t = np.arange(T)
-        found = [
-            factor * delayed(w, d + j) for (w, _, factor), d in zip(drives, self.nk) for j in range(self.b.shape[1])
-        ]
-        found += [drives[i][2] * self.driven(i, shape) for i in self.bent for shape in self.record.shapes[i]]
-        found += [drives[i][1] * (t >= since) for i, since in self.gains]
-        found += [(t >= since).astype(float) for _, since in self.gains]
-        found += [drives[i][1] * (t / T - 1) for i in self.ramps]
-        return found + [np.eye(1, T, j)[0] for j in range(len(self.a))]
+        t, moving = np.arange(T), {*(i for i, _ in self.gains), *self.ramps}
+        found: list[tuple[np.ndarray, Iterable[int]]] = []
+        for i, ((w, _, factor), d) in enumerate(zip(drives, self.nk)):
+            lags = range(d, d + self.b.shape[1])
+            found += [(factor * delayed(w, lag), (0,)) for lag in lags] if i in moving else [(w, lags)]
+        found += [(drives[i][2] * self.driven(i, shape), (0,)) for i in self.bent for shape in self.record.shapes[i]]
+        found += [(drives[i][1] * (t >= since), (0,)) for i, since in self.gains]
+        found += [((t >= since).astype(float), (0,)) for _, since in self.gains]
+        found += [(drives[i][1] * (t / T - 1), (0,)) for i in self.ramps]
+        return copies([*found, (np.eye(1, T)[0], range(len(self.a)))])
 
-    def slopes(self) -> np.ndarray:
-        """Return the mean's derivative by each parameter, (P, T), the mean itself in the last row."""
+    def slopes(self) -> tuple[Copies, np.ndarray]:
+        """Return the mean's derivative by each parameter, and the mean itself, (T,)."""
         if "slopes" in self.cache:
             return self.cache["slopes"]
-        T, A = len(self.record.y), self.denominator
+        T, A, before = len(self.record.y), self.denominator, self.before()
         whole = sum((factor * m for _, m, factor in self.drives), np.zeros(T))
-        after = linear_filter([1.0], A, np.array([whole, *self.before()]).T).T
-        at, first = self.placed(), 1 + self.b.size
-        inner = sum(self.more[at[part]] @ after[first + at[part].start : first + at[part].stop] for part in INNER)
-        again, level = linear_filter([1.0], A, after[0] + inner), self.beside
-        by_a = np.array([-delayed(again, j) for j in range(1, len(self.a) + 1)]).reshape(-1, T)
-        mean = after[0] + inner + self.more[at["columns"].start :] @ level
-        self.cache["slopes"] = np.vstack([by_a, after[1:], level, mean])
+        inner, *after = linear_filter([1.0], A, np.vstack([whole, before.signals]).T).T
+        at, first, level = self.placed(), self.b.size, self.beside
+        for part in (at[name] for name in INNER):
+            for value, (k, late) in zip(self.more[part], before.places[first + part.start : first + part.stop]):
+                inner[late:] += value * after[k][: T - late]
+        again = linear_filter([1.0], A, inner)
+        places = [(0, j) for j in range(1, len(self.a) + 1)] + [(1 + k, late) for k, late in before.places]
+        places += [(1 + len(after) + j, 0) for j in range(len(level))]
+        slopes = Copies(np.vstack([-again, *after, level]), tuple(places))
+        self.cache["slopes"] = slopes, inner + self.more[at["columns"].start :] @ level
         return self.cache["slopes"]
 
     @property
@@ -208,7 +215,7 @@ class Response:
     def mean(self) -> np.ndarray:
         """What y is without noise, (T,)."""
         if "slopes" in self.cache:
-            return self.cache["slopes"][-1]
+            return self.cache["slopes"][1]
         if "mean" not in self.cache:
             T, at = len(self.record.y), self.placed()
             x = sum((factor * m for _, m, factor in self.drives), np.zeros(T))
@@ -243,30 +250,36 @@ class Response:
         return self.cache["bridge"]
 
     @property
+    def deviations(self) -> np.ndarray:
+        """The deviation of the white noise at the rows that count."""
+        if "deviations" not in self.cache:
+            self.cache["deviations"] = self.sigma[self.rows]
+        return self.cache["deviations"]
+
+    @property
     def spread(self) -> np.ndarray:
         """The deviation of what the past leaves open of y, at the rows that count."""
-        return self.sigma[self.rows] * (1.0 if self.bridge is None else self.bridge.size)
+        return self.deviations * (1.0 if self.bridge is None else self.bridge.size)
 
     @property
     def white(self) -> np.ndarray:
         """The polynomial that whitens samples which follow each other, 1, f1, ..; 1 beside a `bridge`."""
         return np.append(1.0, [] if self.record.is_scattered else self.f)
 
-    def at_rows(self, x) -> np.ndarray:
-        """Return signals (.., T) that went through `white` at the rows that count, in deviations of white noise."""
-        found = x[..., self.rows] / self.sigma[self.rows]
+    def scaled(self, x) -> np.ndarray:
+        """Return what went through `white`, at the rows that count, (.., rows), in deviations of white noise."""
+        found = x / self.deviations
         return found if self.bridge is None else self.bridge.whitened(found)
 
-    def whitened(self, x, a=(1.0,)) -> np.ndarray:
-        """Return signals (.., T), through 1/a, at the rows that count, in deviations of white noise."""
-        return self.at_rows(linear_filter(self.white, a, x.T).T)
+    def whitened(self, x) -> np.ndarray:
+        """Return signals (.., T) at the rows that count, in deviations of white noise."""
+        return self.scaled(linear_filter(self.white, [1.0], x.T).T[..., self.rows])
 
     @property
     def left(self) -> np.ndarray:
         """What the mean leaves of y there."""
         if "left" not in self.cache:
-            y = np.where(self.used, self.record.y, 0.0)
-            self.cache["left"] = self.whitened(np.where(self.used, y - self.mean, 0.0))
+            self.cache["left"] = self.whitened(np.where(self.used, self.record.y - self.mean, 0.0))
         return self.cache["left"]
 
     @property
@@ -278,10 +291,12 @@ class Response:
 
     def jacobian(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the slopes there, (rows, P), weighted, in units of their own sizes, and these."""
-        J = (self.whitened(self.slopes()[:-1]) * self.weight).T
+        J = self.scaled(self.slopes()[0].filtered(self.white, [1.0]).at(self.rows)).T
+        J *= self.weight[:, None]
         size = np.sqrt(np.einsum("ij,ij->j", J, J))
         size = np.where(size > 0, size, 1.0)
-        return J / size, size
+        J /= size
+        return J, size
 
     @property
     def basis(self) -> np.ndarray:

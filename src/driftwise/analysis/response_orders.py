@@ -98,9 +98,10 @@ def without_outliers(plain: Response) -> Response | None:
     """Return the same without the outliers of a first response; None where too few outputs were measured for any."""
     if plain.used.sum() < ENOUGH * (4 + 2 * len(plain.b)):
         return None
-    first = begun(plain, starts(None, 1), 1, 2) if len(plain.b) else plain.settled(1)
-    bare = replace(first, f=np.zeros(0), sigma=np.ones(len(first.sigma)), cache={})
-    return replace(plain, used=bare.without_outliers().used, cache={})
+    found = first(plain) if len(plain.b) else plain.settled(1)
+    bare = replace(found, f=np.zeros(0), sigma=np.ones(len(found.sigma)), cache={})
+    used = bare.without_outliers().used
+    return plain if used is bare.used else replace(plain, used=used, cache={})
 
 
 def cleaned(found: Response) -> Response:
@@ -114,10 +115,17 @@ def fitted(plain: Response, noises, n: int, m: int) -> Response:
 
     Each is begun at the poles that leave least, those of the last beside others; the likeliest is taken.
     """
-    found = [begun(start, starts(noises[-1], n), n, m) for start in noises if start is not None]
+    found = [begun(start, starts(noises[-1], n), n, m) for start in noises] if n > 1 else [first(plain)]
     if (start := equation(plain, n, m)) is not None:
         found.append(begun(start, [np.roots(np.append(1.0, start.f))], n, m))
     return min(found, key=lambda one: one.criterion).settled(2)
+
+
+def first(plain: Response) -> Response:
+    """Return the response of first order that is begun under white noise."""
+    if "first" not in plain.cache:
+        plain.cache["first"] = begun(plain, starts(plain, 1), 1, lags(1))
+    return plain.cache["first"]
 
 
 def begun(start: Response, poles, n: int, m: int) -> Response:
@@ -175,11 +183,11 @@ def moving(now: Response) -> np.ndarray:
     return np.array([now.factor(i) * now.moved(i) for i in range(len(now.b))]).T
 
 
-def starts(last: Response | None, n: int) -> list[np.ndarray]:
+def starts(last: Response, n: int) -> list[np.ndarray]:
     """Return sets of n poles: those of a response of lower order and others beside them, and pairs."""
     single = [np.array([math.exp(-1 / tau)]) for tau in TIMES]
     pairs = [np.exp(np.array([-1 / tau + 2j * np.pi / p, -1 / tau - 2j * np.pi / p])) for tau, p in SWINGS]
-    if n == 1 or last is None:
+    if n == 1:
         return single
     old = np.roots(last.denominator)
     found = [np.concatenate([old, p]) for p in single[:-1]]
@@ -202,22 +210,21 @@ def linear(start: Response, a, nk, m: int) -> Response:
     Bends, and gains that change, stay as they were.
     """
     k, at = len(start.b), start.placed()
-    more = np.insert(np.delete(start.more, at["start"]), at["start"].start, np.zeros(len(a)))
+    more = np.concatenate([start.more[: at["start"].start], np.zeros(len(a)), start.more[at["start"].stop :]])
     found = replace(start, a=np.asarray(a), b=np.ones((k, m)), nk=tuple(nk), more=more, cache={})
     size, first = found.b.size, found.placed()["start"].start
     y, level = whitened_before(start)
-    signals = found.before()
-    own = np.array([*signals[:size], *signals[size + first :]])
-    X = np.vstack([found.whitened(own, found.denominator), found.at_rows(level)]).T
-    y = found.at_rows(y)
-    w: np.ndarray = np.ones(len(y))
-    for _ in range(2):
-        value = least_squares(X * w[:, None], y * w)
-        r = y - X @ value
-        w = np.sqrt(np.minimum(1.0, HUBER * 1.4826 * float(np.median(abs(r))) / np.maximum(abs(r), 1e-300)))
+    every, rows = found.before(), found.rows
+    own = every.only(every.places[:size] + every.places[size + first :]).filtered(found.white, found.denominator)
+    X = found.scaled(np.vstack([own.at(rows), level[:, rows]])).T
+    y = found.scaled(y[rows])
+    value = least_squares(X, y)
+    r = abs(y - X @ value)
+    w = np.sqrt(np.minimum(1.0, HUBER * 1.4826 * float(np.median(r)) / np.maximum(r, 1e-300)))
+    value = least_squares(X * w[:, None], y * w)
     now = found.at(np.concatenate([found.a, value[:size], found.more[:first], value[size:]]))
     if not found.gains:  # what the level moved with one is in the mean, too
-        now.cache["left"] = r
+        now.cache["left"] = y - X @ value
     return now
 
 

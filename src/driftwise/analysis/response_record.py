@@ -117,14 +117,15 @@ def autoregression(v, most: int) -> np.ndarray:
         return np.zeros(0)
     X, y = X[use, :p], v[use]
     G, g, power = X.T @ X, X.T @ y, float(y @ y)
-    best, found = math.log(power / len(y) + 1e-300) * len(y), np.zeros(0)
-    for q in range(1, p + 1):
-        f = np.linalg.lstsq(G[:q, :q], g[:q], rcond=TOLD)[0]
-        left = max(power - float(g[:q] @ f), TOLD * power)
-        value = math.log(left / len(y) + 1e-300) * len(y) + q * math.log(len(y))
-        if value < best:
-            best, found = value, -f
-    return found
+    q = np.arange(1, p + 1)
+    first = np.tri(p)  # the first lag alone, the first two, ..
+    root, V = np.linalg.eigh(first[:, :, None] * first[:, None] * G)
+    told = root > TOLD * root[:, -1:]
+    f = (V @ np.where(told, (g @ V) / np.where(told, root, 1.0), 0.0)[:, :, None])[..., 0]
+    left = np.maximum(power - f @ g, TOLD * power)
+    value = np.log(left / len(y) + 1e-300) * len(y) + q * math.log(len(y))
+    best = int(np.argmin(value))
+    return -f[best, : best + 1] if value[best] < math.log(power / len(y) + 1e-300) * len(y) else np.zeros(0)
 
 
 def long_run(s) -> float:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..engine import compile
+
 
 def linear_filter(b, a, x) -> np.ndarray:
     """Return y of a(q) y = b(q) x, (T,) or (T, k), polynomials in powers of q^-1; before the record all is zero.
 
-    One triangular system with a band, solved by LAPACK: what `scipy.signal.lfilter` returns to round-off, without the
-    second that `scipy.signal` takes to load. Bad at: gaps, which it does not know.
+    Bad at: gaps, which it does not know.
 
     Examples
     --------
@@ -17,22 +18,27 @@ def linear_filter(b, a, x) -> np.ndarray:
     [0.0, 1.0, 0.5, 0.25]
     """
     b, a, x = (np.asarray(values, float) for values in (b, a, x))
-    T = len(x)
-    columns, b = x.reshape(T, -1), b / a[0]
-    if x.ndim == 1 and T and len(b) > 1:
-        w = np.convolve(b, x)[:T, None]
-    elif T and len(b) > 1:
-        w = _shifted_sums(b[:T], columns)
-    else:
-        w = np.multiply(b[0] if len(b) else 0.0, columns, order="F")  # as LAPACK has it
-    if len(a) > 1 and w.size:
-        from scipy.linalg.lapack import dtbtrs
+    rows = np.ascontiguousarray(x.reshape(len(x), -1).T)
+    y = np.empty(rows.shape)
+    compile.function(run_filter, 1, 1, 2, 2)(b / a[0], a / a[0], rows, y)
+    return y.T.reshape(x.shape)
 
-        band = np.empty((min(len(a), T), T), order="F")
-        for j in range(len(band)):  # one broadcast over all makes what follows four times slower
-            band[j] = a[j] / a[0]
-        w, _ = dtbtrs(band, w, uplo="L", diag="U", overwrite_b=True)
-    return np.asarray(w).reshape(x.shape)
+
+def run_filter(b, a, x, y):
+    """Fill ``y`` (k, T) with what the filter b/a, whose a[0] is one, makes of ``x``."""
+    count, T, n = x.shape[0], x.shape[1], a.size - 1
+    for i in range(count):
+        for t in range(T):
+            y[i, t] = b[0] * x[i, t]
+        for j in range(1, b.size):
+            for t in range(j, T):
+                y[i, t] += b[j] * x[i, t - j]
+    for t in range(T if n > 0 else 0):
+        for i in range(count):  # signals beside each other: while one waits for its last value, others are added up
+            value = y[i, t]
+            for j in range(min(n, t), 0, -1):
+                value -= a[j] * y[i, t - j]
+            y[i, t] = value
 
 
 def many_filters(b, a, x) -> np.ndarray:
@@ -60,19 +66,3 @@ def many_filters(b, a, x) -> np.ndarray:
         y = y.reshape(w.shape)
         w = y if np.isfinite(y).all() else np.array([linear_filter([1.0], *one) for one in zip(a / first, w)])
     return w
-
-
-def _shifted_sums(b, columns) -> np.ndarray:
-    """Return sum b[j] x(t - j) of columns (T, k), which lie one after the other, with room for the longest shift.
-
-    So every shift is one pass over numbers in a row.
-    """
-    T, k = columns.shape
-    room = len(b) - 1
-    x = np.zeros((k, room + T))
-    x[:, room:] = columns.T
-    x = x.reshape(-1)
-    w = b[0] * x
-    for j in np.flatnonzero(b[1:]) + 1:
-        w[j:] += b[j] * x[: len(x) - j]
-    return w.reshape(k, room + T)[:, room:].T

@@ -205,7 +205,7 @@ def advance_lags(form, method, memory, gate, scale, detector, state, scratch, y,
                 memory, state.memory_state, head[COUNT], head[CHI2], head[WEIGHT], e * e / T
             )
             alarm += found_jump(memory, state.memory_state, state.detector_state)
-            head[LOGDET] += log(T)
+            head[LOGDET] += log(T) if T != 1.0 else 0.0  # one: of a gain that knows no covariance
             head[SCORE] -= 0.5 * (log(2.0 * math.pi * s2 * T) + surprise)
         else:
             status |= EXACT if T == 0.0 else SKIPPED

@@ -1,0 +1,46 @@
+"""Signals of which many are others some samples later: what a filter makes of those says what it makes of all."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ..models.filtering import linear_filter
+
+
+class Copies(NamedTuple):
+    """P signals: which of ``signals`` (m, T) each of them is, and after how many samples; zero before the record."""
+
+    signals: np.ndarray
+    places: tuple[tuple[int, int], ...]
+
+    def filtered(self, b, a) -> Copies:
+        """Return them through the filter b/a, which is at rest before the record."""
+        return self._replace(signals=linear_filter(b, a, self.signals.T).T)
+
+    def only(self, places) -> Copies:
+        """Return some of them."""
+        needed = sorted({k for k, _ in places})
+        return Copies(self.signals[needed], tuple((needed.index(k), late) for k, late in places))
+
+    def at(self, rows) -> np.ndarray:
+        """Return them at some samples, (P, rows), which are in order."""
+        room = max((late for _, late in self.places), default=0)
+        padded = np.zeros((len(self.signals), room + self.signals.shape[1]))
+        padded[:, room:] = self.signals
+        found = np.empty((len(self.places), len(rows)))
+        is_whole = len(rows) > 0 and rows[-1] - rows[0] < len(rows)
+        for row, (k, late) in zip(found, self.places):
+            if is_whole:
+                row[:] = padded[k, rows[0] + room - late :][: len(rows)]
+            else:
+                padded[k, room - late :].take(rows, out=row, mode="clip")
+        return found
+
+
+def copies(found: Sequence[tuple[np.ndarray, Iterable[int]]]) -> Copies:
+    """Return signals (T,), each of them after each of some numbers of samples."""
+    places = tuple((k, late) for k, (_, lags) in enumerate(found) for late in lags)
+    return Copies(np.array([x for x, _ in found]), places)
