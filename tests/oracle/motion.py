@@ -370,6 +370,7 @@ class Follower:
             self.counts = self.counts * self._fade() ** C
             self.counts[: bank.WILD] += found
             self.counts = np.maximum(self.counts, learning.LEAST_COUNT * np.array(learning.PRIOR))
+            self.counts[bank.WILD] = max(self.counts[bank.WILD], learning.LEAST_WILD)
 
     def _learn(self, t, y):
         d, ahead, unit, g, S = self.d, self.ahead, self.unit, self.g, self.S

@@ -135,6 +135,16 @@ def test_a_wild_plot_moves_nothing_and_a_leap_is_followed():
     assert off[40] > 1900 and np.all(off[41:] < 300) and np.all(off[47:] < 60)
 
 
+def test_that_none_was_wild_for_long_is_no_reason_to_believe_the_first():
+    """Fifteen deviations off after sixty good plots: of forty such, the next plot undoes most."""
+    believed = 0
+    for seed in range(40):
+        t, _, y = straight(65, seed=seed)
+        y[60] += [0.0, 300.0]
+        believed += EST.scan(t, y).tails()[-1, bank.WILD] < 0.01
+    assert believed < 20
+
+
 def test_a_plot_that_waits_is_saved():
     t, _, y = straight()
     y[40] += [2000.0, -1500.0]
@@ -171,6 +181,16 @@ def test_a_place_that_only_repeats_may_be_anywhere_in_a_cell_of_unknown_size():
     path = np.stack([0.6 * t - 1.0, 1.0 * t - 5.0], axis=1)  # m: a walker, on a lattice of 16 m
     trace = dw.TrackEstimator(2.0).scan(t, 16.0 * np.round(path / 16.0))
     assert np.all(np.abs(trace.position - path)[3:] < 3 * trace.position_sd[3:])
+
+
+def test_who_leaves_a_cell_of_unknown_size_is_not_wild():
+    """A boat at rest in one cell of 80 m, once in the next one: how far that is says nothing, nor does the rest."""
+    t = 1.5 * np.arange(80)
+    y = np.zeros((80, 2))
+    y[60, 0] = 80.0
+    trace = dw.TrackEstimator("boat").scan(t, y)
+    assert not (trace.status & int(dw.Status.OUTLIER)).any()
+    assert np.array_equal(trace.tails()[59], trace.tails()[3]) and np.all(trace.variance[61:, 0] > 80.0**2 / 12)
 
 
 def test_noise_that_is_a_thousand_times_larger_from_now_on_is_no_wandering():

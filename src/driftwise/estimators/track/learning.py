@@ -16,6 +16,7 @@ MOST = 9.0  # that one e^2/S counts for the noise, unless the last was as large
 LOUD, AT_ONCE = 25.0, 0.5  # two such in a row are no accident: so much of the second the noise takes at once
 FUZZ, EXACT = 0.01, 1e-9  # of a lattice's step, and of a step itself: what is no difference
 LEAST_COUNT = 1e-3  # of the tails, of what they start with
+LEAST_WILD = 0.02  # .. and plots that were wild: however many were not, one may be
 YOUNG = 20.0  # plots, memory of the tails at first
 LOG_MEAN = 1.27  # -E log z^2, z normal
 EVEN = bank.SCALES.index(1.0)  # the scale of what errs as expected
@@ -110,6 +111,12 @@ def shows_lattice(row, C, c, exact):
 
 
 @kernel
+def is_mute(row, C, c, exact):
+    """Say whether a plot tells nothing of errors: it repeats a place whose cell nobody knows."""
+    return row[bank.of_coordinate(C, bank.GRAIN, c)] == 0.0 and exact[c] > 0.0
+
+
+@kernel
 def repeated(row, C, c, y):
     """Return how many times the variance of a plot is that of one which repeats the place of all so far.
 
@@ -145,22 +152,26 @@ def outlying(C, parts):
 
 
 @kernel
-def fade_tails(task, row, C):
-    """Let the tails forget a plot's worth."""
+def fade_tails(task, row, C, times):
+    """Let the tails forget what so many coordinates of a plot have told."""
     fade, first = 1.0 - 1.0 / min(task.tails, YOUNG + row[bank.SEEN]), bank.row_at(C).tails
     for j in range(bank.TAILS):
-        for _ in range(C):  # the coordinates' order does not matter
+        for _ in range(times):
             row[first + j] *= fade
 
 
 @kernel
 def learn_tails(task, row, C, exact, parts):
     """Share the plot out among the scales that may have made it, but for that of wild ones."""
-    first = bank.row_at(C).tails
-    fade_tails(task, row, C)
+    first, teach = bank.row_at(C).tails, 0
     for c in range(C):
+        teach += 0 if is_mute(row, C, c, exact) else 1
+    fade_tails(task, row, C, teach)
+    for c in range(C):
+        if is_mute(row, C, c, exact):
+            continue
         if exact[c] > 0.0:  # as on a lattice, whose errors are as large as its cells
-            row[first + EVEN] += 1.0 if row[bank.of_coordinate(C, bank.GRAIN, c)] > 0.0 else 0.0
+            row[first + EVEN] += 1.0
             continue
         p = 0.0
         for j in range(bank.WILD):
@@ -171,7 +182,7 @@ def learn_tails(task, row, C, exact, parts):
             else:  # no scale makes it: the widest does
                 row[first + j] += 1.0 if j == bank.WILD - 1 else 0.0
     for j in range(bank.TAILS):
-        row[first + j] = max(row[first + j], LEAST_COUNT * PRIOR[j])
+        row[first + j] = max(row[first + j], LEAST_WILD if j == bank.WILD else LEAST_COUNT * PRIOR[j])
 
 
 @kernel
@@ -191,8 +202,7 @@ def prepare_to_follow(task, row, C, T, unit, exact, share, least):
     for c in range(C):
         least[c] = least_variance(task, row, T, c) / unit[c]
         share[c] = max(1.0 / task.noise, 1.0 / (row[bank.SEEN] + 3.0))
-        is_on_unknown_lattice = row[bank.of_coordinate(C, bank.GRAIN, c)] == 0.0 and exact[c] > 0.0
-        if row[bank.SEEN] < 2.0 or is_on_unknown_lattice:  # nothing is learnt
+        if row[bank.SEEN] < 2.0 or is_mute(row, C, c, exact):  # nothing is learnt
             share[c] = 0.0
 
 

@@ -124,11 +124,18 @@ def absorb(task, row, C, T, d, y, unit, g, mean, S, A, B, w, told, parts, scores
 
 
 @kernel
-def suspect(row, C, d, y, R, parts):
-    """Keep a plot that may be wild until the next one says whether it is; say whether this one may."""
+def suspect(row, C, d, y, R, parts, off, exact):
+    """Keep a plot that may be wild until the next one says whether it is; say whether this one may.
+
+    The first that leaves a cell whose size nobody knows is none: how far it goes says nothing.
+    """
     row[bank.SUSPECTED] = 0.0
     if row[bank.SEEN] < EARLIEST or not learning.outlying(C, parts) > 0.5:
         return False
+    learning.compare_steps(row, C, y, off, exact)
+    for c in range(C):
+        if learning.shows_lattice(row, C, c, exact):
+            return False
     doubt = 0.0
     for c in range(C):
         far = 0.0
@@ -146,7 +153,7 @@ def suspect(row, C, d, y, R, parts):
 def drop_suspect(task, row, C):
     """Call the plot that waits wild."""
     row[bank.SUSPECTED] = 0.0
-    learning.fade_tails(task, row, C)
+    learning.fade_tails(task, row, C, C)
     row[bank.row_at(C).tails + bank.WILD] += C
 
 
@@ -215,7 +222,7 @@ def advance(task, row, t, y, R, out, kept):
         T = foretell(task, row, C, d, R, unit, g, mean, S, F, A, B, w, told)
         output.tell(row, C, z, w, told, parts, spare if waiting else out)
     if is_seen:
-        waits = not is_true and suspect(other, C, d, z, R, parts)
+        waits = not is_true and suspect(other, C, d, z, R, parts, was, stated)
         if waits:
             status += OUTLIER
             output.tell_state(task, row, C, T, w, unit, x, A, F, spare)

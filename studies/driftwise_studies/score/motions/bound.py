@@ -18,9 +18,8 @@ from itertools import pairwise
 import numpy as np
 from scipy.stats import chi2  # type: ignore[import-untyped]
 
-from .drawing import draw
 from .field import number, table
-from .measured import FEW, FIRST, LONG, Found, one
+from .measured import FEW, FIRST, LONG, Found, play
 from .scene import ALONE
 
 HEAD = (
@@ -54,8 +53,8 @@ def within_chance(nis, plots) -> np.ndarray:
     return (chi2.ppf(0.005, freedom) <= nis * freedom) & (nis * freedom <= chi2.ppf(0.995, freedom))
 
 
-def by_plots(ours: list[Found], knowing: list[Found]) -> list[list[str]]:
-    """Return rows of the second table."""
+def by_plots(ours: list[Found], knowing: list[Found]) -> str:
+    """Return the second table."""
     rows = []
     for least, most in pairwise(EDGES):
         freedom = 2.0 * (least - FIRST)
@@ -69,7 +68,7 @@ def by_plots(ours: list[Found], knowing: list[Found]) -> list[list[str]]:
             row += [number(float(np.mean(hit))) for hit in ((nis >= 0.5) & (nis <= 1.5), within_chance(nis, plots))]
             row += [number(float(np.median(nis)), 2), number(float(np.nanmedian(quiet)), 2)]
         rows.append(row)
-    return rows
+    return table(rows, BY_PLOTS)
 
 
 def shares(found: list[Found], trouble: str | None) -> tuple[int, list[float]]:
@@ -87,13 +86,12 @@ def main(arguments=None) -> None:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--scenes", type=int, default=600)
     asked = parser.parse_args(arguments)
-    scenes = [draw(asked.seed, k) for k in range(asked.scenes)]
-    ours, knowing = [one(scene) for scene in scenes], [one(scene, stated=True) for scene in scenes]
+    ours, knowing = (play(asked.seed, range(asked.scenes), stated=stated) for stated in (False, True))
     rows = []
     for trouble in (None, *ALONE):
         (n, mine), (_, theirs) = shares(ours, trouble), shares(knowing, trouble)
         rows.append([trouble or "all", str(n), *map(number, mine), *map(number, theirs[:3])])
-    print(table(rows, HEAD), table(by_plots(ours, knowing), BY_PLOTS), sep="\n")
+    print(table(rows, HEAD), by_plots(ours, knowing), sep="\n")
 
 
 if __name__ == "__main__":

@@ -15,6 +15,7 @@ from driftwise.engine.errors import InputError
 
 from ..worlds import judged
 from . import crowd
+from .bound import by_plots
 from .field import Total, by_kind, by_trouble, worst
 from .measured import play
 
@@ -60,8 +61,10 @@ def main(arguments=None) -> None:
     if asked.judge:
         judged.refuse_twice(title)
     began = time.time()
-    found = play(seed, range(asked.scenes), asked.processes or None)
-    said, tables = verdicts(Total(found)), (by_trouble(found), by_kind(found), crowd.play(seed, asked.crowds))
+    found, knowing = (play(seed, range(asked.scenes), asked.processes or None, stated) for stated in (False, True))
+    tables = by_trouble(found), by_kind(found), by_plots(found, knowing), crowd.play(seed, asked.crowds)
+    said = verdicts(Total(found))
+    said.append(f"* who is told the variance of every plot has {Total(knowing).good:.3f} of the first; see by plots")
     print(f"seed {seed}, {asked.scenes} scenes, {time.time() - began:.0f} s\n")
     print(*tables, "\n".join(said), "", worst(found, asked.worst), sep="\n")
     if asked.judge:

@@ -65,13 +65,13 @@ class Found(NamedTuple):
     plots: int
 
 
-def play(seed: int, numbers: Iterable[int], processes: int | None = 1) -> list[Found]:
-    """Return what was found in each scene; on all cores where ``processes`` is None."""
-    numbers, processes = list(numbers), processes or os.cpu_count() or 1
+def play(seed: int, numbers: Iterable[int], processes: int | None = 1, stated: bool = False) -> list[Found]:
+    """Return what was found in each scene, the variances ``stated`` or not; on all cores if ``processes`` is None."""
+    scenes, processes = [draw(seed, number) for number in numbers], processes or os.cpu_count() or 1
     if processes == 1:
-        return [one(draw(seed, number)) for number in numbers]
+        return [one(scene, stated) for scene in scenes]
     with ProcessPoolExecutor(processes, mp_context=get_context("forkserver")) as pool:
-        return list(pool.map(one, [draw(seed, number) for number in numbers], chunksize=4))
+        return list(pool.map(one, scenes, [stated] * len(scenes), chunksize=4))
 
 
 def one(scene: Scene, stated: bool = False) -> Found:
