@@ -84,6 +84,14 @@ def test_a_state_of_an_auto_memory_that_began_once_goes_on():
     np.testing.assert_allclose(trace.innovation, was, atol=1e-3)  # the noise has a deviation of .1
 
 
+def test_an_average_whose_means_were_three_goes_on():
+    est, state = dw.load_state(SAVED / "state-ModelAverage-second.json")
+    was = json.loads((SAVED / "average-next.json").read_text())
+    trace = est.scan(was["y"], was["u"], state=state)
+    np.testing.assert_allclose(trace.log_score, was["score"], rtol=1e-9)  # the density is as it was
+    np.testing.assert_allclose(trace.innovation, was["innovation"], atol=5e-3)  # the noise has a deviation of .1
+
+
 def test_other_schemas_are_refused(tmp_path):
     for schema, words in ((3, "start afresh"), (99, "update driftwise")):
         (tmp_path / "state.json").write_text(json.dumps(WRITTEN["Never"]["saved"] | {"schema": schema}))

@@ -59,10 +59,12 @@ def parts(fields: list) -> list:
 
 # --- rows of AutoMemory and of an average, as they were ---------------------------------------------------------------
 # First: AutoMemory kept two more banks instead of its trials; the mean of an average was by likelihood alone.
-# Second: AutoMemory began once only. Third: louder noise made parameters faster, and AutoMemory's head was shorter.
+# Second: AutoMemory began once only. Third: louder noise made parameters faster, and AutoMemory's head was shorter. In
+# both, no mean of an average was by regrets.
 
 FORMER = 3
 SHORT_HEAD = 7  # numbers of the head of AutoMemory, in all of them
+UNHEARD, MUTE = float(np.log(0.01)), -30.0  # log weights, of members that an average does not hear
 
 
 class Piece(NamedTuple):
@@ -163,15 +165,30 @@ def _average(estimator, size: int) -> Piece:
     """Return how long what an average keeps of its own was and is."""
     start = estimator.start()["own"]
     before = sum(start[name].size for name in start.dtype.names[: start.dtype.names.index("brief")])
-    return Piece((before, size, size), size, (_blended, None, None), start)
+    was = before + 2 * start["logs"].size + start["spread"].size + 3 * (start["regret"].size - 1)
+    return Piece((before, was, was), size, (_blended, _by_regrets, _by_regrets), start)
 
 
 def _blended(was: np.ndarray, piece: Piece) -> np.ndarray:
-    """Return what an average keeps, with weights by squared errors: those by likelihood, for a beginning."""
+    """Return what an average keeps, with weights by squared errors and regrets: those by likelihood, at first."""
     now = np.broadcast_to(np.atleast_1d(piece.owner).view(float), (*was.shape[:-1], piece.now)).copy()
     now[..., : was.shape[-1]] = was
     found = now.view(piece.owner.dtype)[..., 0]
     found["brief"] = found["lasting"] = found["logs"]
+    below = found["logs"] - found["logs"].max(axis=-1, keepdims=True)
+    found["missed"] = 2.0 * np.where(below > UNHEARD, below, MUTE)
+    found["missed_squares"] = found["missed_most"] = 1.0
+    return now
+
+
+def _by_regrets(was: np.ndarray, piece: Piece) -> np.ndarray:
+    """Return what an average keeps, with weights by regrets: those by likelihood, at first."""
+    now = _blended(was[..., : piece.before[0]], piece)
+    found, at = now.view(piece.owner.dtype)[..., 0], piece.before[0]
+    for name in ("brief", "lasting", "spread", "regret", "regret_squares", "regret_most"):
+        size = piece.owner[name].size - name.startswith("regret")  # which the fourth mean has since
+        found[name][..., :size] = was[..., at : at + size]
+        at += size
     return now
 
 

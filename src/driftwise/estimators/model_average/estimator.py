@@ -28,10 +28,10 @@ class Members(NamedTuple):
 class ModelAverage(Estimator):
     """The forecast of several estimators on the same samples: one density from all, honest about its tails.
 
-    Each member predicts; the forecast is their mean, weighted by likelihood that fades (dynamic model averaging) and by
-    squared errors, whichever was better. The noise variance of each follows its recent errors, and the shape of the
-    density is learnt: mostly normal, heavy tails where the record has them. Last value, straight line and mean are
-    always members, so that the forecast is not much worse than any of these.
+    Each member predicts; the forecast is their mean, weighted by likelihood that fades (dynamic model averaging), by
+    squared errors and by regrets, whichever was better. The noise variance of each follows its recent errors, and the
+    shape of the density is learnt: mostly normal, heavy tails where the record has them. Last value, straight line and
+    mean are always members, so that the forecast is not much worse than any of these.
 
     Parameters
     ----------

@@ -1,10 +1,14 @@
 """One sample of a model average: the members' predictions become one density; then y says who was right.
 
     density at   m = sum w_i mu_i                                  (Raftery, Karny and Ettler 2010)
-    prediction   sum v_k m_k, m_1 = m                              m_2, m_3 by squared errors: `blend`
+    prediction   sum v_k m_k, m_1 = m                              m_2 to m_4 by squared errors, regrets: `blend`
     base         s = sum w_i (c_i S_i + (mu_i - m)^2)              c_i: running mean of e_i^2/S_i, the noise now
     density      y ~ sum q_j N(m, v_j), v_j = kappa_j s, and rho_j times the long-run mean of e^2: tails are learnt
     weights      log w_i <- phi log w_i + eta log p_i(y)           Student-t: one outlier does not decide
+    variance     c sum q_j v_j                                     c: running mean of e^2 of the prediction beside that
+
+The variance is that of the prediction's errors, whose centre is not the density's: c, the running mean of what they are
+beside the density's variance, remembers as long as the tails do.
 
 By squared errors, nobody is heard who claims a variance sixteen times the least: after a gap, or where nothing has
 moved for long, members that forget fast know that they know little, and have won their weight on easier samples.
@@ -25,7 +29,7 @@ from ...engine.elementary.complementary import erfc_both
 from ...engine.layout import Field, Layout, each, numbers
 from ...engine.normal import ROOT_2PI
 from ...engine.status import BAD_VALUE, MISSING_OUTPUT
-from .blend import BLENDS, ETA, HASTE, faded, raised, regret_of, trust, usual, weigh_by_squares
+from .blend import BLENDS, ETA, HASTE, LOG_BLENDS, faded, raised, regret_of, trust, usual, weigh_by_squares
 
 NAIVE = ("last value", "straight line", "mean")
 FAST = tuple(4.0**k for k in range(-2, 6))  # scales of the tails, in s
@@ -40,6 +44,7 @@ VAGUE = 100.0  # times the variance of y about its mean: a member that claims mo
 UNSURE = 16.0  # times the least variance that anyone claims, over eta: by squared errors, who claims more is not heard
 TINY, ABSURD = 1e-12, 1e60  # of y_scale^2 the least variance; of y_scale what no y can be
 LONG_MEMORY, SETTLE = 1000.0, 60  # samples of the long-run mean, and those it leaves out at first
+MOST_WIDTH, LEAST_WIDTH = 400.0, 0.1  # most that one e^2/variance counts for c; the least c
 YOUNG, TENTH = 10.0, 0.1  # tails remember 10 samples and a tenth of the record, up to their full memory
 
 
@@ -78,14 +83,18 @@ AVERAGE = Layout(
         behind="samples behind c",
         brief="log weight by squared errors, remembered as long as likelihood is",
         lasting="log weight by squared errors, remembered for ever",
+        missed="regret of the mean by regrets, to it, in y_scale^2",
+        missed_squares="the squares of what it is the sum of",
+        missed_most="the largest of them",
     ),
-    Field("spread", ("BLENDS - 1",), "mean squared error of the means by squared errors"),
+    Field("spread", ("BLENDS - 2",), "mean squared error of the means by squared errors"),
     *each(
         "BLENDS",
-        regret="of the mean, to each of the three that it is made of, in y_scale^2",
+        regret="of the mean, to each of the four that it is made of, in y_scale^2",
         regret_squares="the squares of what it is the sum of",
         regret_most="the largest of them",
     ),
+    Field("width", about="c: mean of e^2/variance of the density, e of the prediction"),
     given=("members",),
     BLENDS=BLENDS,
     SCALES=SCALES,
@@ -119,6 +128,7 @@ def fresh(task: Averaging) -> np.ndarray:
     state = np.zeros((), AVERAGE.dtype(int(task.members)))
     state["last"] = state["before"] = state["step"] = np.nan
     state["long"], state["ratio"], state["spread"] = task.unit, 1.0, task.unit
+    state["width"] = 1.0
     fill_tails(state["tails"])
     return state
 
@@ -198,6 +208,19 @@ def heard(mu, claims, w, logs, most, log_window):
 
 
 @kernel
+def trusted(mu, claims, w, most_claimed, regret, squares, most, rates, crowd):
+    """Fill w, the weights by regrets of those who claim no more than that; return the mean they make."""
+    mean = 0.0
+    for i in range(mu.size):
+        w[i] = claims[i] if claims[i] <= most_claimed else math.nan
+    trust(regret, squares, most, w, rates, crowd)
+    for i in range(mu.size):
+        if w[i] > 0.0:
+            mean += w[i] * mu[i]
+    return mean
+
+
+@kernel
 def least_claim(claims, floor):
     """Return the least variance that anyone who speaks claims."""
     least = math.inf
@@ -218,13 +241,13 @@ def base_of(mu, claims, w, mean, floor):
 
 
 @kernel
-def blended(v, means, first, second, third, w):
+def blended(v, means, first, second, third, fourth, w):
     """Fill w, the weight of each member in the prediction; return the prediction."""
     mean = 0.0
     for k in range(BLENDS):
         mean += v[k] * means[k]
     for i in range(w.size):
-        w[i] = v[0] * first[i] + v[1] * second[i] + v[2] * third[i]
+        w[i] = v[0] * first[i] + v[1] * second[i] + v[2] * third[i] + v[3] * fourth[i]
     return mean
 
 
@@ -291,7 +314,7 @@ def note(row, y):
 
 @kernel
 def tell(row, q, y, prediction, mean, base, floor, densities, out):
-    """Write the density, and where y lies in it; fill that of y under each scale."""
+    """Write the density, and where y lies in it; fill that of y under each scale; return the density's variance."""
     weight, variance, p, lower, upper, e = 0.0, 0.0, 0.0, 0.0, 0.0, y - mean
     for j in range(SCALES):
         weight += q[j]
@@ -312,9 +335,10 @@ def tell(row, q, y, prediction, mean, base, floor, densities, out):
         above, below = erfc_both(z * ROOT_HALF)
         lower += share * 0.5 * below
         upper += share * 0.5 * above
-    out[PREDICTION], out[INNOVATION], out[VARIANCE] = prediction, y - prediction, variance
+    out[PREDICTION], out[INNOVATION] = prediction, y - prediction
     out[SCORE], out[LOWER], out[UPPER], out[OFFSET] = log(max(p, 1e-300)), lower, upper, mean - prediction
     out[BASE], out[LEVEL], out[FLOOR] = base, row[LONG], floor
+    return variance
 
 
 @pass_over.on(Averaging)
@@ -324,13 +348,14 @@ def pass_over_averaging(task, rows, q, kept, out, state):
     ``q`` and ``kept`` have columns for the naive members, which are filled here.
     """
     M = q.shape[1]
-    row, tails, logs, evidence, squares, ratio, behind, brief, lasting, spread, regret, regrets, most = open_average(
-        state, M - len(NAIVE)
-    )
+    (
+        row, tails, logs, evidence, squares, ratio, behind, brief, lasting, missed, misses, worst_miss,
+        spread, regret, regrets, most, width,
+    ) = open_average(state, M - len(NAIVE))  # fmt: skip
     scratch = state[state.size - scratch_size(M) :]
     scores, one, two, three = scratch[:M], scratch[M : 2 * M], scratch[2 * M : 3 * M], scratch[3 * M : 4 * M]
-    claims, rest, log_window = scratch[4 * M : 5 * M], scratch[5 * M :], log(task.window)
-    means, v, densities = rest[:BLENDS], rest[BLENDS : 2 * BLENDS], rest[2 * BLENDS :]
+    four, claims, rest, log_window = scratch[4 * M : 5 * M], scratch[5 * M : 6 * M], scratch[6 * M :], log(task.window)
+    crowd, means, v, densities = log(1.0 * M), rest[:BLENDS], rest[BLENDS : 2 * BLENDS], rest[2 * BLENDS :]
     for t in range(rows.shape[0]):
         y, mu, S, w = rows[t, 0], q[t], kept[t], out[t, TOLD + SCALES :]
         for i in range(len(NAIVE)):
@@ -341,17 +366,25 @@ def pass_over_averaging(task, rows, q, kept, out, state):
         means[0] = heard(mu, claims, one, logs, math.inf, log_window)
         means[1] = heard(mu, claims, two, brief, most_claimed, log_window)
         means[2] = heard(mu, claims, three, lasting, most_claimed, log_window)
-        trust(regret, regrets, most, v)
-        mean, prediction = means[0], blended(v, means, one, two, three, w)
+        means[3] = trusted(mu, claims, four, most_claimed, missed, misses, worst_miss, scores, crowd)
+        for k in range(BLENDS):
+            v[k] = 0.0
+        trust(regret, regrets, most, v, scores, LOG_BLENDS)
+        mean, prediction = means[0], blended(v, means, one, two, three, four, w)
         base = base_of(mu, claims, one, mean, floor)
         is_absurd = abs(y) > ABSURD * math.sqrt(task.unit)
-        tell(row, tails, math.nan if is_absurd else y, prediction, mean, base, floor, densities, out[t])
+        variance = tell(row, tails, math.nan if is_absurd else y, prediction, mean, base, floor, densities, out[t])
+        out[t, VARIANCE] = width[0] * variance
         out[t, STATUS] = BAD_VALUE if is_absurd else 0.0 if math.isfinite(y) else MISSING_OUTPUT
         if out[t, STATUS] != 0.0:
             out[t, SCORE] = math.nan
             continue
-        regret_of(y - prediction, prediction, means, task.unit, regret, regrets, most)
-        for k in range(BLENDS - 1):
+        regret_of(y - prediction, prediction, means, means, task.unit, regret, regrets, most)
+        if row[SEEN] >= task.settle:
+            z2 = square(y - prediction) / out[t, VARIANCE]
+            width[0] = max(width[0] * (1.0 + (min(z2, MOST_WIDTH) - 1.0) / task.tails), LEAST_WIDTH)
+            regret_of(y - means[3], means[3], mu, claims, task.unit, missed, misses, worst_miss)
+        for k in range(BLENDS - 2):
             weigh_by_squares(
                 k, 1.0 - HASTE[k] * (1.0 - task.forgetting), ETA[k] * task.rate, task.share, y, mu, scores,
                 brief if k == 0 else lasting, means[k + 1], spread, row[SEEN], floor,
@@ -364,4 +397,4 @@ def pass_over_averaging(task, rows, q, kept, out, state):
 @kernel
 def scratch_size(M):
     """Return how many numbers behind a state one sample needs, of so many forecasts."""
-    return 5 * M + 2 * BLENDS + SCALES
+    return 6 * M + 2 * BLENDS + SCALES

@@ -19,7 +19,8 @@ class AverageTrace(Trace):
     ``prediction``, ``innovation``, ``variance`` (of the prediction error) and the density belong to y(t) given the
     samples before it; ``weights`` are those of the prediction. The density is that by likelihood; where the prediction
     is not its centre, because another mean has smaller squared errors, the band about it is wider; ``variance`` is that
-    of the density, as the errors of that mean are no larger. ``state`` continues where the trace ends.
+    of the density, times what squared errors of the prediction have been beside it. ``state`` continues where the trace
+    ends.
 
     Examples
     --------
@@ -27,7 +28,7 @@ class AverageTrace(Trace):
     >>> y, u = dw.simulate([-0.8], [1.0], samples=400, noise_std=0.1, seed=1)
     >>> trace = dw.ModelAverage([dw.ARX(1, 1), dw.ARX(2, 2)]).scaled_to(y, u).scan(y, u)
     >>> trace.leader, trace.weights.shape
-    ('ARX(na=2, nb=2)', (400, 5))
+    ('ARX(na=1)', (400, 5))
     """
 
     def __repr__(self):
