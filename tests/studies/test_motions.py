@@ -1,8 +1,10 @@
 """Drawn motions: the truth is a motion, the troubles are what they say, and the judge finds what is put there."""
 
+import math
+
 import numpy as np
 import pytest
-from driftwise_studies.score.motions import crowd, draw, simulate
+from driftwise_studies.score.motions import crowd, draw, patches, simulate
 from driftwise_studies.score.motions.field import Total, by_kind, by_trouble
 from driftwise_studies.score.motions.jets import alone, imm
 from driftwise_studies.score.motions.measured import one, onsets, play, runs
@@ -113,3 +115,17 @@ def test_false_tracks_breaks_and_swaps_are_counted():
     nobody, a, b = [-1] * 8, [0] * 9, [1] * 8
     tracks = [np.array(t) for t in (a[:6], a[6:] + b[:2], b[2:], nobody[:3] + b[:1])]
     assert crowd.tally(np.array(nobody + a + b), tracks) == (2, 1, 17, 15, 4, 1, 1, 1)
+
+
+def test_patches_return_what_they_say():
+    rng = np.random.default_rng(4)
+    thing, strip = (
+        patches.Patch((5.0, 5.0), (5.0, 5.0), 2.0, 0.3, True),
+        patches.Patch((0.0, 0.0), (90.0, 0.0), 1.0, 2.5),
+    )
+    scans, places = patches.returns(rng, thing, 2000)
+    assert len(np.unique(scans)) == len(scans) == pytest.approx(600, abs=70)
+    assert places.mean() == pytest.approx(5.0, abs=0.3) and places.std() == pytest.approx(2.0, abs=0.2)
+    scans, places = patches.returns(rng, strip, 2000)
+    assert len(scans) == pytest.approx(5000, abs=250) and places[:, 1].std() == pytest.approx(1.0, abs=0.1)
+    assert places[:, 0].std() == pytest.approx(90 / math.sqrt(12), rel=0.05)

@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 from driftwise_studies.score.motions import crowd
 from driftwise_studies.score.motions.scene import KINDS
+from scipy.stats import multivariate_normal
 
-from driftwise.tracking.association import Pair, best_pairs
-from driftwise.tracking.existence import SURE, Existence
+from driftwise.estimators.track.estimator import TrackEstimator
+from driftwise.tracking.association import MANOEUVRES, Forecast, Pair, best_pairs
+from driftwise.tracking.existence import STAYS, SURE, Existence, chance
 from driftwise.tracking.live import CONFIRMED, TENTATIVE, Live, Plot
 from driftwise.tracking.tracker import Tracker
 
@@ -31,6 +33,28 @@ def test_the_sum_of_all_gains_counts_and_not_the_first_plot():
     ]
     made = best_pairs(pairs, 4)
     assert [pair and pair.track.id for pair in made] == [2, 1, None, 3]
+    alone = best_pairs([Pair(gain, 0, t, 0.0, 0.0, 0.0) for gain, t in ((1.0, a), (3.0, b), (2.0, c))], 1)
+    assert alone[0] is not None and alone[0].track.id == 2
+
+
+def test_the_density_of_a_forecast_is_the_estimators():
+    estimator, rng = TrackEstimator("boat"), np.random.default_rng(3)
+    time = 3.0 * np.arange(20)
+    state = estimator.scan(time, np.stack([4 * time, time], axis=1) + rng.standard_normal((20, 2))).state
+    one = track(1)
+    one.state, one.last = state.reshape(-1).view(float), at(time[-1], 228.0, 57.0)
+    forecast = Forecast(estimator, one, 60.0)
+    mean, covariance = estimator.predict(state, 60.0)
+    missing = np.full((1, 2), np.nan)
+    base = estimator.run(one.state.copy(), np.array([60.0]), missing, missing)[0, estimator.columns["base"]]
+    far = (MANOEUVRES[1] * estimator.speed * 3.0) ** 2
+    for off in ((0.0, 0.0), (1.5, -2.0), (9.0, 3.0), (25.0, 0.0)):
+        turned = multivariate_normal([0, 0], np.diag(base) + far * np.eye(2)).pdf(off)
+        straight = math.exp(estimator.density(state, 60.0, mean + off))
+        plot = at(60.0, *(mean + off))
+        expected = math.log(MANOEUVRES[0] * turned + (1 - MANOEUVRES[0]) * straight)
+        assert forecast.log_density(plot) == pytest.approx(expected, abs=1e-9)
+        assert forecast.deviations(plot) == pytest.approx(math.sqrt(np.sum(np.square(off) / np.diag(covariance))))
 
 
 def test_misses_make_an_object_doubtful_and_a_pause_of_all_does_not():
@@ -40,6 +64,13 @@ def test_misses_make_an_object_doubtful_and_a_pause_of_all_does_not():
     odds = [known.odds(one, missed) for missed in (0.0, 1.0, 2.0, 5.0, 1e6)]
     assert odds[0] > 2.9 and all(a > b for a, b in pairwise(odds)) and math.isfinite(odds[-1])
     assert known.missed(one, 20.0, 4.0) == 4.0
+    for missed in (0, 1, 4):  # scan by scan: it left, or was there and was not seen
+        here, gone = chance(SURE), 1.0 - chance(SURE)
+        for _ in range(missed):
+            here, gone = here * STAYS, gone + here * (1 - STAYS)
+            here *= 1 - known.detection
+        here, gone = here * STAYS, gone + here * (1 - STAYS)
+        assert known.odds(one, missed) == pytest.approx(math.log(here / gone), abs=1e-9)
     known.note(at(20.0), 20.0, 4.0)  # nobody was seen for 20 s
     assert known.missed(one, 20.0, 4.0) == 0.0
 

@@ -19,7 +19,7 @@ from ..estimators.track import bank
 from .live import Live, Plot
 
 AT = bank.TRACK_SAMPLE.slices(2)
-BASE, SHARES = AT["base"].start, AT["shares"].start
+BASE, SHARES, SPREADING = (AT[name].start for name in ("base", "shares", "spreading"))
 MANOEUVRES = 0.05, 0.5  # probability, and how far one leads away by the next plot, of what is fast for the class
 
 
@@ -45,6 +45,7 @@ class Forecast:
         self.says = all(0 < s < math.inf for s in base)  # something of the next plot
         if not self.says:
             return
+        self.variances = [s * out.item(SPREADING) for s in base]  # tails included
         turns, far = MANOEUVRES[0], (MANOEUVRES[1] * estimator.speed * (time - track.last.time)) ** 2
         self.mixtures = [
             [(share / math.sqrt(2 * math.pi * v * s), -0.5 / (v * s)) for share, v in zip(shares, bank.SCALES)]
@@ -53,6 +54,13 @@ class Forecast:
         a, b = base[0] + far, base[1] + far
         self.turned = turns / (2 * math.pi * math.sqrt(a * b)), -0.5 / a, -0.5 / b
         self.steady = 1 - turns
+
+    def deviations(self, plot: Plot) -> float:
+        """Return how many standard deviations a plot is off."""
+        if not self.says:
+            return math.inf
+        a, b = self.variances
+        return math.sqrt((plot.east - self.east) ** 2 / a + (plot.north - self.north) ** 2 / b)
 
     def log_density(self, plot: Plot) -> float:
         """Return the log density of a plot, per m^2."""

@@ -2,9 +2,9 @@
 
 The plain model of the field (Bar-Shalom and Li 1995, and the simulators of Stone Soup): in each scan so many objects
 are born (Poisson), each leaves with a probability, or where it leaves the field of view, each is seen with a
-probability, and so many plots are of nobody (Poisson), anywhere in the field.
+probability, and so many plots are of nobody (Poisson), anywhere in the field; in patchy crowds most of them in places.
 
-Run: python -m driftwise_studies.score.motions.crowd [--seed 0] [--scenes 150]
+Run: python -m driftwise_studies.score.motions.crowd [--seed 0] [--scenes 150] [--patchy]
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ import numpy as np
 from driftwise.tracking.plots import Plots, plots
 from driftwise.tracking.tracker import Tracker
 
+from . import patches
 from .drawing import between
 from .field import number, table
 from .measured import belong
@@ -27,7 +28,7 @@ from .simulation import itinerary, walk
 
 NOBODY = -1
 SEEN_ENOUGH = 8  # plots of an object that counts
-LEVELS = (0.0, 1.0, 3.0, 10.0)  # plots of nobody in a scan, between which scenes are told apart
+LEVELS = (0.0, 1.0, 3.0, 10.0, 100.0)  # plots of nobody in a scan, between which scenes are told apart
 HEAD = (
     "plots of nobody in a scan", "scenes", "objects", "seen by its track", "in one piece", "confirmed tracks",
     "of them false", "breaks", "swaps",
@@ -46,7 +47,13 @@ class Crowd(NamedTuple):
     birth_rate: float  # objects a scan
     death_probability: float  # of each, a scan
     detection_probability: float
-    clutter_rate: float  # plots of nobody a scan
+    clutter_rate: float  # plots of nobody a scan, anywhere
+    patches: tuple[patches.Patch, ...] = ()  # and in places
+
+    @property
+    def nobody(self) -> float:
+        """Plots of nobody a scan."""
+        return self.clutter_rate + sum(patch.rate for patch in self.patches)
 
 
 class Gathered(NamedTuple):
@@ -70,8 +77,8 @@ class Counted(NamedTuple):
     swaps: int  # another object in the same track
 
 
-def draw(seed: int, number: int) -> Crowd:
-    """Return crowd ``number`` of ``seed``; every fifth one has no clutter.
+def draw(seed: int, number: int, patchy: bool = False) -> Crowd:
+    """Return crowd ``number`` of ``seed``; every fifth one has no clutter, unless it is ``patchy``.
 
     Examples
     --------
@@ -85,10 +92,14 @@ def draw(seed: int, number: int) -> Crowd:
     kind, lasts, present = KINDS[name], between(rng, (20.0, 60.0)), between(rng, (1.0, 5.0))
     scan, deviation = between(rng, kind.scan), between(rng, kind.deviation)
     side = kind.told * scan * between(rng, (30.0, 100.0)) + 100 * deviation
-    return Crowd(
+    made = Crowd(
         (seed, number), name, int(between(rng, (60.0, 200.0))), scan, deviation, side, present / lasts, 1 / lasts,
         float(rng.uniform(0.6, 1.0)), 0.0 if number % 5 == 0 else between(rng, (0.1, 10.0)),
     )  # fmt: skip
+    if not patchy:
+        return made
+    rng = np.random.default_rng([seed, number, 29])
+    return made._replace(patches=patches.draw(rng, side, deviation))
 
 
 def simulate(crowd: Crowd) -> Gathered:
@@ -111,6 +122,9 @@ def simulate(crowd: Crowd) -> Gathered:
     false = np.repeat(time, rng.poisson(crowd.clutter_rate, crowd.scans))
     anywhere = rng.uniform(0, crowd.side, (len(false), 2))
     parts.append((false, anywhere, anywhere, np.full(len(false), NOBODY)))
+    for patch in crowd.patches:
+        which, places = patches.returns(rng, patch, crowd.scans)
+        parts.append((time[which], places, places, np.full(len(which), NOBODY)))
     columns = [np.concatenate(c) for c in zip(*parts)]
     order = np.lexsort((rng.random(len(columns[0])), columns[0]))
     when, position, truth, who = (c[order] for c in columns)
@@ -150,11 +164,13 @@ def tally(objects: np.ndarray, tracks: Sequence[np.ndarray]) -> Counted:
 
 def by_clutter(crowds: Sequence[Crowd], counted: Sequence[Counted]) -> str:
     """Return the table, all scenes first."""
-    rates = np.array([crowd.clutter_rate for crowd in crowds])
+    rates = np.array([crowd.nobody for crowd in crowds])
     spans = [("any", rates >= 0.0), ("none", rates == 0.0)]
     spans += [(f"{a:g} to {b:g}", (rates > a) & (rates <= b)) for a, b in pairwise(LEVELS)]
     rows = []
     for words, used in spans:
+        if not used.any():
+            continue
         some = Counted(*np.array([c for c, u in zip(counted, used) if u]).reshape(-1, len(Counted._fields)).sum(axis=0))
         share, one_piece = some.held / max(some.plots, 1), some.whole / max(some.objects, 1)
         rest = map(str, (some.tracks, some.false, some.breaks, some.swaps))
@@ -162,9 +178,9 @@ def by_clutter(crowds: Sequence[Crowd], counted: Sequence[Counted]) -> str:
     return table(rows, HEAD)
 
 
-def play(seed: int, scenes: int) -> str:
+def play(seed: int, scenes: int, patchy: bool = False) -> str:
     """Return the table of so many crowds."""
-    crowds = [draw(seed, k) for k in range(scenes)]
+    crowds = [draw(seed, k, patchy) for k in range(scenes)]
     return by_clutter(crowds, [count(crowd) for crowd in crowds])
 
 
@@ -173,8 +189,9 @@ def main(arguments=None) -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--scenes", type=int, default=150)
+    parser.add_argument("--patchy", action="store_true", help="clutter is dense in places")
     asked = parser.parse_args(arguments)
-    print(play(asked.seed, asked.scenes))
+    print(play(asked.seed, asked.scenes, asked.patchy))
 
 
 if __name__ == "__main__":

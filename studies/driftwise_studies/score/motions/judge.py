@@ -21,7 +21,8 @@ from .measured import play
 
 ANSWERS = (  # what a track, or a scene, depends on
     "src/driftwise/estimators/track", "src/driftwise/tracking/tracker.py", "src/driftwise/tracking/targets.py",
-    "src/driftwise/tracking/association.py", "src/driftwise/tracking/existence.py",
+    "src/driftwise/tracking/lives.py", "src/driftwise/tracking/keyless.py", "src/driftwise/tracking/association.py",
+    "src/driftwise/tracking/existence.py",
     "src/driftwise/tracking/inbox.py", "src/driftwise/tracking/scans.py", "studies/driftwise_studies/score/motions",
 )  # fmt: skip
 GOALS = (  # words, how to read a `Total`, least, most
@@ -62,7 +63,8 @@ def main(arguments=None) -> None:
         judged.refuse_twice(title)
     began = time.time()
     found, knowing = (play(seed, range(asked.scenes), asked.processes or None, stated) for stated in (False, True))
-    tables = by_trouble(found), by_kind(found), by_plots(found, knowing), crowd.play(seed, asked.crowds)
+    crowds = (crowd.play(seed, asked.crowds), crowd.play(seed, asked.crowds, patchy=True))
+    tables = by_trouble(found), by_kind(found), by_plots(found, knowing), *crowds
     said = verdicts(Total(found))
     said.append(f"* who is told the variance of every plot has {Total(knowing).good:.3f} of the first; see by plots")
     print(f"seed {seed}, {asked.scenes} scenes, {time.time() - began:.0f} s\n")
