@@ -6,6 +6,7 @@ import re
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 import driftwise as dw
 from driftwise.results.claims import KINDS, Claim, told
@@ -157,3 +158,13 @@ def test_a_plant_that_runs_away_has_no_gain_in_any_sentence():
     found = dw.identify({"valve_V": u, "level [cm]": y})
     assert "is unstable" in found.words and not of(found, "time constant")
     assert [claim.value for claim in of(found, "gain")] == [None]
+
+
+def test_an_answer_that_is_over_before_the_next_sample_has_no_time_below_it():
+    """The line from sample to sample would say 0.008 s of a clock of 0.1 s."""
+    rng = np.random.default_rng(3)
+    u = np.repeat(rng.choice([-1.0, 0.0, 1.0], 40), 10)
+    y = lfilter([0.6, 0.4], [1.0], u) + 0.01 * rng.standard_normal(400)
+    found = dw.identify({"time_s": 0.1 * np.arange(400), "heater_V": u, "temperature [degC]": y})
+    (claim,) = of(found, "time constant")
+    assert claim.text.endswith("is done within the sampling time of 0.1 s.") and claim.interval == (0.0, 0.1)

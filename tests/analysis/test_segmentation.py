@@ -163,9 +163,10 @@ def test_what_jumped_while_nothing_was_measured_is_dated_between():
 
 
 @pytest.mark.parametrize("kind, colour", [(LEVEL, 0.0), (LEVEL, 0.8), (GAIN, 0.0), (GAIN, 0.8)])
-def test_what_a_change_takes_is_that_of_least_squares_with_it_at_every_place(kind, colour):
+@pytest.mark.parametrize("missing", [[], [40, 41, 200]])
+def test_what_a_change_takes_is_that_of_least_squares_with_it_at_every_place(kind, colour, missing):
     y, u = plant(seed=2, samples=300, colour=colour, level=1.0, at=150)
-    y[[40, 41, 200]] = np.nan
+    y[missing] = np.nan
     now = hindsight(y, u).response.without("levels", 0).refined()
     r, places = now.left * now.weight, np.array([35, 100, 149, 150, 151, 260])
     expected = []
@@ -197,3 +198,31 @@ def test_a_step_beside_noise_as_slow_is_told_and_a_shock_of_that_noise_is_not(st
     u = np.repeat(rng.choice([-1.0, 0.0, 1.0], 70), 10)
     y = lfilter([0.0, 0.2], [1.0, -0.8], u) + lfilter([1.0], [1.0, -0.93], e) + step * (np.arange(700) >= 300)
     assert [jump.kind for jump in found(y, u[:, None])] == kinds
+
+
+def test_a_step_between_missing_samples_of_slow_noise_is_told_by_those_that_are_there():
+    """No sample about it had all those before it by which the noise is whitened, and so none counted."""
+    rng = np.random.default_rng(5)
+    u = np.repeat(rng.choice([-1.0, 0.0, 1.0], 50), 10)
+    noise = lfilter([0.03], [1.0, -1.3, 0.32], rng.standard_normal(500))
+    y = lfilter([0.0, 0.2], [1.0, -0.8], u) + noise + 1.0 * (np.arange(500) >= 300)
+    y[[298, 300, 302, 303]] = np.nan
+    (jump,) = found(y, u[:, None])
+    assert jump.kind == LEVEL and 299 <= jump.at <= 301 and jump.after == pytest.approx(1.0, abs=0.2)
+
+
+def test_outliers_in_a_row_are_no_step_and_hide_none():
+    """Together they look like the onset of one, more than the step does that is there."""
+    rng = np.random.default_rng(6)
+    u = np.repeat(rng.choice([-1.0, 0.0, 1.0], 60), 10)
+    noise = lfilter([0.02], [1.0, -1.7, 0.73], rng.standard_normal(600))
+    y = lfilter([0.0, 0.2], [1.0, -0.8], u) + noise + 0.4 * (np.arange(600) >= 300)
+    y[100:103] += 3.0
+    (jump,) = found(y, u[:, None])
+    assert (jump.kind, jump.at) == (LEVEL, 300)
+
+
+def test_a_short_record_has_short_ends_in_which_nothing_is_told():
+    y, u = plant(samples=110, level=1.0, at=20)
+    (jump,) = found(y, u)
+    assert jump.kind == LEVEL and abs(jump.at - 20) < 3

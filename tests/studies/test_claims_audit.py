@@ -8,8 +8,8 @@ import pytest
 from driftwise_studies.score.claims import audit, checking
 from driftwise_studies.score.claims.checking import FALSE, TRUE, UNCHECKED, VACUOUS, Case, check
 from driftwise_studies.score.claims.drawing import LONGEST, draw
-from driftwise_studies.score.claims.hidden_inputs import spread
-from driftwise_studies.score.claims.oracle import ask
+from driftwise_studies.score.claims.hidden_inputs import expected, spread
+from driftwise_studies.score.claims.oracle import _whitener, ask
 from driftwise_studies.score.claims.plant import TROUBLES, Jump, Plant
 from driftwise_studies.score.claims.simulation import COLOUR, record, response
 from driftwise_studies.score.claims.tables import Written
@@ -84,6 +84,14 @@ def test_a_noise_below_the_rounding_jumps_for_nobody():
     assert odds[0] > checking.TELLABLE > 1 > odds[1]
 
 
+def test_noise_at_missing_samples_is_known_to_nobody():
+    """Every other sample of a first-order noise is a first-order noise, of the squared pole."""
+    data, rng = record(PLAIN, 1), np.random.default_rng(1)
+    seen, x = np.arange(1200) % 2 == 0, rng.normal(size=1200)
+    white = (x[seen][1:] - 0.8**2 * x[seen][:-1]) / (data.sigma[0] * np.sqrt(1 + 0.8**2))
+    np.testing.assert_allclose(_whitener(PLAIN, data, seen)(x)[1:], white, rtol=1e-6)
+
+
 @pytest.mark.parametrize("excitation", ["white", "coloured", "steps"])
 def test_what_inputs_did_between_rows_nobody_knows(excitation):
     """The same as of many inputs that are equal at the rows."""
@@ -103,6 +111,8 @@ def test_what_inputs_did_between_rows_nobody_knows(excitation):
     y = np.array([response(plant, x[:, None]) for x in u.T])
     found = spread(plant, data, np.ones(T, bool))
     np.testing.assert_allclose(found, np.cov(y.T), atol=0.1 * found.max())
+    known = slice(rows[-1] + 1)
+    np.testing.assert_allclose(expected(plant, data)[known, 0], u.mean(axis=1)[known], atol=0.1)
 
 
 def test_a_gain_is_known_less_well_where_the_input_moves_between_rows():

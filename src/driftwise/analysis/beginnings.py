@@ -42,9 +42,8 @@ def beside_changes(plain: Response, found: list[Response]) -> list[Response]:
     for odds, at, kind, i in sure:
         if -odds > SURE and len(taken) < STARTS and is_apart(at, taken):
             taken.append((at, kind, i))
-    step = abrupt(min(found, key=lambda one: one.criterion))
-    if step is not None and is_apart(step[0], taken):
-        taken.append((step[0], LEVEL, 0))
+    steps = abrupt(min(found, key=lambda one: one.criterion))
+    taken += [(at, LEVEL, 0) for at, _ in steps[:1] if is_apart(at, taken)]
     near = [plain.with_all_near(at) for at, _, _ in taken]
     return [one.with_level(at) if kind == LEVEL else one.with_gain(i, at) for one, (at, kind, i) in zip(near, taken)]
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +15,7 @@ from .noise_jumps import LEAST
 from .response import Response, huber
 from .response_record import delayed, long_run, long_run_of
 
+EDGE = 8  # part of a short record at its ends, in which no change is looked for; of others `LEAST` samples
 APART = 10  # samples between two changes
 PLACES, NEAR = 64, 64  # at which a change is looked for, and about the likeliest of them
 ROUND_OFF = 1e-9  # of what a change takes
@@ -26,6 +28,7 @@ class Place(NamedTuple):
 
     taken, calm : what it takes off half the squares, and by how much such a sum is too large (the log odds count it)
     whole : the log odds that anything changed there: of a gain, with what the level moves beside it
+    slow : the log odds against what is slower than a change; beside a shock of a sample they may be less
     """
 
     at: int
@@ -34,6 +37,7 @@ class Place(NamedTuple):
     taken: float
     calm: float
     whole: float
+    slow: float
 
 
 def effects(now: Response, kind: str, i: int, places) -> list[np.ndarray]:
@@ -52,6 +56,8 @@ def effects(now: Response, kind: str, i: int, places) -> list[np.ndarray]:
 def later(now: Response, response, places) -> np.ndarray:
     """Return what comes of the first sample, (T, 1), whitened, as it comes of each of the places (.., 1): shifted."""
     first, T, rows = linear_filter(now.white, [1.0], response), len(response), now.rows
+    if now.mixing is not None:
+        return now.scaled(np.append(np.zeros(T), first)[T - places + now.needed])
     found = np.append(np.zeros(T), first)[T - places + rows] / now.sigma[rows]
     return found if now.bridge is None else now.bridge.whitened(found)
 
@@ -62,8 +68,8 @@ def scanner(now: Response, kind: str, i: int, r) -> Callable[[np.ndarray], np.nd
     It is a response that begins there, `effects`: its product with a signal, for each place, is that signal filtered by
     it from the end of the record on.
     """
-    if now.bridge is not None:  # what comes of one place is not shifted to another
-        return lambda places: np.array([0.5 * float(np.sum(part_of(now, kind, i, at, r)[0] ** 2)) for at in places])
+    if now.bridge is not None or now.mixing is not None:  # what comes of one place is not shifted to another
+        return partial(one_by_one, now, kind, i, r)
     T, n, Q, F, A = len(now.used), len(now.rows), now.basis, now.white, np.ones(1)
     size, targets = np.zeros(T), np.zeros((T, 1 + Q.shape[1]))
     size[now.rows] = now.weight / now.sigma[now.rows]
@@ -91,6 +97,20 @@ def scanner(now: Response, kind: str, i: int, r) -> Callable[[np.ndarray], np.nd
         return taken
 
     return scanned
+
+
+def one_by_one(now: Response, kind: str, i: int, r, places) -> np.ndarray:
+    """Return the same by what a change at each of the places does to each row."""
+    Q, taken, own = now.basis, np.zeros(len(places)), np.zeros(0)
+    for j, d in enumerate(reversed(effects(now, kind, i, places))):
+        d = d * now.weight
+        d -= (d @ Q) @ Q.T
+        if j:
+            d -= share(np.einsum("pt,pt->p", d, own), np.einsum("pt,pt->p", own, own), len(r))[:, None] * own
+        product = d @ r
+        taken += 0.5 * share(product, np.einsum("pt,pt->p", d, d), len(r)) * product
+        own = d
+    return taken
 
 
 def backwards(b, a, x) -> np.ndarray:
@@ -159,8 +179,9 @@ def place(now: Response, kind: str, i: int, r, hint: int = -1) -> Place | None:
     rows, n = now.rows, len(now.rows)
     if n < 2 * LEAST + 1:
         return None
-    low, high = int(rows[LEAST]), int(rows[n - LEAST])
-    seen = np.flatnonzero(np.isfinite(now.record.y))  # an onset may be no row: what whitens it was called an outlier
+    edge = min(LEAST, n // EDGE)
+    low, high = int(rows[edge]), int(rows[n - edge])
+    seen = np.flatnonzero(now.used)  # an onset may be no row: what whitens it was not measured
     seen = seen[(seen >= low) & (seen <= high)]
     others = np.array([*now.levels, *(since for _, since in now.gains)])
     r = r * now.weight
@@ -196,9 +217,9 @@ def place(now: Response, kind: str, i: int, r, hint: int = -1) -> Place | None:
     odds, tried = whole, math.log(2 + len(now.b))
     if kind == GAIN:  # what the level moves with it is no evidence that the gain did
         odds = min(odds, float(0.5 * share(own @ r, own @ own, n) * (own @ r)) / calm - 0.5 * math.log(n))
-    odds = min(odds, (float(finer[at]) - lone) / calm)
+    slow, odds = odds - tried, min(odds, (float(finer[at]) - lone) / calm) - tried
     date = min(max(int(fine[at]), low), high)
-    return Place(date, (ends[0], ends[1]), odds - tried, float(finer[at]), calm, whole - tried)
+    return Place(date, (ends[0], ends[1]), odds, float(finer[at]), calm, whole - tried, slow)
 
 
 def apart(places, others) -> np.ndarray:
@@ -221,8 +242,10 @@ def standing(now: Response, part: str, j: int) -> Place | None:
         return None
     other = now.without(part, j).refined()
     lost = max(other.loss() - now.loss(), 0.0)
-    odds = min(found.log_odds, found.whole - max(found.taken - lost, 0.0) / found.calm)
-    return found._replace(log_odds=min(odds, (beside_shock(other, found.at) - now.loss()) / found.calm))
+    least = found.whole - max(found.taken - lost, 0.0) / found.calm
+    stays = beside_shock(other, found.at) - now.loss()  # by few samples: their scores have no long run
+    slow = min(found.slow, least)
+    return found._replace(log_odds=min(slow, stays), slow=slow)
 
 
 def beside_shock(now: Response, at: int) -> float:

@@ -7,8 +7,9 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
-from .change_places import GAIN, LEVEL, Place, colourless, located, place, standing, worth
+from .change_places import GAIN, LEVEL, Place, colourless, located, place, share, standing, worth
 from .noise_jumps import LEAST, PIECES, SURE, noisy
 from .response import Response
 from .response_orders import respond, stripped
@@ -17,7 +18,7 @@ from .response_record import HUBER, local_size
 HOPE = 3.0  # log odds from which a change is tried
 STEPS = 4  # by which the frequency of a line is sharpened
 EVEN = 6.0  # of the criterion: of changes no further apart, the surest is taken
-REACH = 5  # samples by which a level before and after is compared
+REACH, ONSETS = 5, 3  # samples by which a level before and after is compared; steps that are tried by these
 
 
 def kinds(now: Response) -> list[tuple[str, int]]:
@@ -105,9 +106,7 @@ def alternatives(now: Response):
             if result is not None and result[0] > SURE:
                 seen.append(found.at)
                 yield result
-    if (step := abrupt(now)) is not None:
-        at, size = step
-        yield tried(now, LEVEL, 0, at, size)
+    yield from (tried(now, LEVEL, 0, at, size) for at, size in abrupt(now))
     for i in range(len(now.b)):
         if i not in now.bent and len(now.record.shapes[i]):
             yield weighed(now.with_bend(i), "bends", len(now.record.shapes[i]))
@@ -147,36 +146,46 @@ def weighed(other: Response, part: str, many: int):
     return worth(other, part, many), other
 
 
-def abrupt(now: Response) -> tuple[int, float] | None:
-    """Return where the level steps within a sample, and by how much, by the onset alone; None where none does.
+def abrupt(now: Response) -> list[tuple[int, float]]:
+    """Return where the level steps within a sample, and by how much, by the onset alone; the surest first.
 
     A noise with a slow colour takes a level for its own, but not the first samples of a step, which it whitens to a
     pattern of its own. A lone sample that is far off has another: where that explains more, nothing steps.
     """
+    T, reach = len(now.used), REACH + len(now.f)
+    if now.record.is_scattered or T < 2 * (LEAST + reach):
+        return []  # no onset is seen
     whole = replace(now, used=np.isfinite(now.record.y), cache={"slopes": now.slopes()})
-    if now.record.is_scattered:
-        return None  # no onset is seen
-    f = np.append(1.0, now.f)
-    T, reach = len(whole.used), REACH + len(f)
-    z = np.zeros(T)
+    z, weights = np.zeros(T), np.zeros((T, 1))
     z[whole.rows] = whole.left
-    if T < 2 * (LEAST + reach):
-        return None
-    windows = np.lib.stride_tricks.sliding_window_view(z, 2 * reach)
+    weights[whole.rows] = 1.0
+    if whole.gaps is not None:
+        weights = whole.gaps.filled(whole.rows, T)
+    about = np.arange(LEAST, T - LEAST)
+    windows, by = (sliding_window_view(x, 2 * reach, axis=0)[about - reach] for x in (z, weights))
+    f = np.append(1.0, now.f)
     spikes = [np.pad(f, (reach + k, reach - k - len(f))) for k in (-1, 0, 1)]
-    step, spike, onset = np.cumsum(spikes[1]), np.array(spikes), slice(LEAST - reach, T - LEAST - reach)
-    calm = np.full(2 * reach, step[-1] / math.sqrt(2 * reach))
-    calm /= max(float(np.linalg.norm(calm)), 1e-3)  # a level that was there before
-    taken, size = [], np.zeros(0)
-    for pattern in (step, *spike):
-        pattern = pattern - (pattern @ calm) * calm
-        size = (windows @ pattern) / (pattern @ pattern)
-        taken.append(0.5 * size**2 * (pattern @ pattern))
-        if len(taken) == 1:
-            sizes = size
-    more = (taken[0] - np.max(taken[1:], axis=0))[onset]
-    at = int(np.argmax(more)) + onset.start
-    return (at + reach, float(sizes[at] * now.sigma[at + reach])) if more.max() > SURE else None
+    calm = seen_at(by, np.full(2 * reach, f.sum()), f.sum())  # a level that was there before
+    calm /= np.maximum(np.linalg.norm(calm, axis=1, keepdims=True), 1e-3)
+    taken, sizes = [], []
+    for pattern in (np.cumsum(spikes[1]), *spikes):
+        d = seen_at(by, pattern)
+        d -= np.einsum("tw,tw->t", d, calm)[:, None] * calm
+        product = np.einsum("tw,tw->t", windows, d)
+        sizes.append(share(product, np.einsum("tw,tw->t", d, d), 1))
+        taken.append(0.5 * sizes[-1] * product)
+    more, found = taken[0] - np.max(taken[1:], axis=0), list[tuple[int, float]]()
+    while len(found) < ONSETS and len(more) and (k := int(np.argmax(more))) >= 0 and more[k] > SURE:
+        found.append((int(about[k]), float(sizes[0][k] * now.sigma[about[k]])))
+        more = np.where(abs(about - about[k]) < reach, -math.inf, more)
+    return found
+
+
+def seen_at(weights, pattern, before: float = 0.0) -> np.ndarray:
+    """Return what a pattern (w,) of z does to innovations with weights (T, lags, w) of z; it was ``before``."""
+    lags = weights.shape[1]
+    padded = np.append(np.full(lags - 1, before), pattern)
+    return np.einsum("tlw,lw->tw", weights, np.array([padded[lags - 1 - j :][: len(pattern)] for j in range(lags)]))
 
 
 def swinging(now: Response, looks, w: float) -> Response:

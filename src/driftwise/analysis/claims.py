@@ -89,6 +89,8 @@ def _dynamics(found) -> Iterator[Claim]:
             low, high = (table.dt * end for end in answer.interval)
             time = table.dt * answer.time
             text = say.step_words(name, table.lasting(time), f"{table.lasting(low)} to {table.lasting(high)}")
+            if answer.interval[1] < 1:  # what a line from sample to sample says is no time
+                text, low, high = say.at_once_words(name, table.lasting(table.dt)), 0.0, table.dt
             yield Claim("time constant", name, text, time, (low, high))
     swing = effects.swing
     is_seen = any(effect.step is not None and effect.step.overshoot > OVERSHOOT for effect in effects.of)

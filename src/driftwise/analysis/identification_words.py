@@ -51,6 +51,11 @@ def step_words(name: str, time: str, interval: str) -> str:
     return f"63 % of the answer to a step of {name} is done after {time} (95 % interval {interval})."
 
 
+def at_once_words(name: str, step: str) -> str:
+    """Return that the answer to a step of an input is 63 % done before the next sample."""
+    return f"63 % of the answer to a step of {name} is done within the sampling time of {step}."
+
+
 def time_constant_words(tau: float, interval, table, is_pair: bool = False) -> str:
     """Return a time constant with where it lies; ``interval`` None where that is not known."""
     said = f"Time constant {table.lasting(tau)}{' (a pair of poles)' * is_pair}"

@@ -17,16 +17,18 @@ import numpy as np
 from ..models.filtering import linear_filter
 from ..results.stable import is_endless
 from .copies import Copies, copies
+from .interrupted_noise import Gaps, gaps
 from .response_record import COLOUR, FAR, HUBER, SHARE, Record, autoregression, delayed, least_squares, local_size
 from .scattered_noise import Bridge, bridge, scattered
 
 STEPS, SHRINK = 8, (1.0, 0.4, 0.1)  # of Gauss and Newton, and how much of one is tried
 PARTS = "bends", "gains", "shifts", "ramps", "start", "columns", "levels"  # of the numbers beside A and B, in order
-KEPT = "placed", "rows", "bridge", "deviations"  # of what is known of a response, by others of its parts and noise
+KEPT = "placed", "rows", "bridge", "gaps", "mixing", "deviations"  # of what is known, by others of its parts and noise
 INNER = "shifts", "start"  # parts of the mean that pass through 1/A without an input
 EDGE = 0.9998  # of a pole, at most
 RINGS = 8.0  # time constants of a pair that a record must hold
 MATTERS = 0.05  # of the gain, which a mode must make up to have a say in it
+TIMES = 4  # that outliers in a row are looked for
 ONSET = 5  # samples about the date of a change that may have been called outliers for it
 
 
@@ -230,13 +232,15 @@ class Response:
 
     @property
     def rows(self) -> np.ndarray:
-        """The samples that count: used, as are those before by which the noise is whitened."""
+        """The samples that count: used, and not the first ones, by which the noise is whitened."""
         if "rows" not in self.cache:
             clear = self.used.copy()
-            clear[: max(max(self.nk, default=0) + self.b.shape[1] - 1, 0)] = False  # driven by inputs before the record
             for j in range(1, len(self.f) + 1 if not self.record.is_scattered else 1):
                 clear[j:] &= self.used[:-j]
                 clear[:j] = False
+            if self.gaps is not None:
+                clear[self.gaps.at] = True
+            clear[: max(max(self.nk, default=0) + self.b.shape[1] - 1, 0)] = False  # driven by inputs before the record
             self.cache["rows"] = np.flatnonzero(clear)
         return self.cache["rows"]
 
@@ -257,23 +261,55 @@ class Response:
         return self.cache["deviations"]
 
     @property
+    def gaps(self) -> Gaps | None:
+        """How noise is whitened after samples that are missing among others; None where none is."""
+        if "gaps" not in self.cache:
+            is_whole = self.record.is_scattered or not len(self.f)
+            self.cache["gaps"] = None if is_whole else gaps(self.f, self.used)
+        return self.cache["gaps"]
+
+    @property
+    def mixing(self) -> tuple[np.ndarray, Any] | None:
+        """Which rows come after gaps, and what makes innovations there of signals that went through `white`."""
+        if self.gaps is None:
+            return None
+        if "mixing" not in self.cache:
+            _, after, kept = np.intersect1d(self.rows, self.gaps.at, assume_unique=True, return_indices=True)
+            self.cache["mixing"] = after, self.gaps.mixing(kept, len(self.used), self.sigma)
+        return self.cache["mixing"]
+
+    @property
     def spread(self) -> np.ndarray:
         """The deviation of what the past leaves open of y, at the rows that count."""
-        return self.deviations * (1.0 if self.bridge is None else self.bridge.size)
+        if self.gaps is None:
+            return self.deviations * (1.0 if self.bridge is None else self.bridge.size)
+        size = np.ones(len(self.used))
+        size[self.gaps.at] = self.gaps.size
+        return self.deviations * size[self.rows]
 
     @property
     def white(self) -> np.ndarray:
         """The polynomial that whitens samples which follow each other, 1, f1, ..; 1 beside a `bridge`."""
         return np.append(1.0, [] if self.record.is_scattered else self.f)
 
+    @property
+    def needed(self) -> np.ndarray:
+        """The samples at which signals through `white` are asked for: where gaps are, those before rows as well."""
+        return self.rows if self.mixing is None else np.arange(len(self.used))
+
     def scaled(self, x) -> np.ndarray:
-        """Return what went through `white`, at the rows that count, (.., rows), in deviations of white noise."""
+        """Return what went through `white`, at the samples needed, as rows that count in deviations of white noise."""
+        if self.mixing is not None:
+            after, mixing = self.mixing
+            found = x[..., self.rows] / self.deviations
+            found[..., after] = (mixing @ x.T).T
+            return found
         found = x / self.deviations
         return found if self.bridge is None else self.bridge.whitened(found)
 
     def whitened(self, x) -> np.ndarray:
         """Return signals (.., T) at the rows that count, in deviations of white noise."""
-        return self.scaled(linear_filter(self.white, [1.0], x.T).T[..., self.rows])
+        return self.scaled(linear_filter(self.white, [1.0], x.T).T[..., self.needed])
 
     @property
     def left(self) -> np.ndarray:
@@ -291,7 +327,7 @@ class Response:
 
     def jacobian(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the slopes there, (rows, P), weighted, in units of their own sizes, and these."""
-        J = self.scaled(self.slopes()[0].filtered(self.white, [1.0]).at(self.rows)).T
+        J = self.scaled(self.slopes()[0].filtered(self.white, [1.0]).at(self.needed)).T
         J *= self.weight[:, None]
         size = np.sqrt(np.einsum("ij,ij->j", J, J))
         size = np.where(size > 0, size, 1.0)
@@ -354,12 +390,20 @@ class Response:
         return np.array([-found[0], *found[1:]]) if found else np.zeros(0)
 
     def without_outliers(self) -> Response:
-        """Return the same without samples that stand far out of their surroundings."""
-        r = self.left
-        far = np.zeros(len(self.used), bool)
-        far[self.rows] = abs(r) > FAR * local_size(r)
-        far[1:] &= ~far[:-1].copy()  # of several in a row the first: the others follow
-        return replace(self, used=self.used & ~far, cache={"slopes": self.slopes()}) if far.any() else self
+        """Return the same without samples that stand far out of their surroundings.
+
+        Of several in a row the first: the others may but follow from it, and are looked at again without it.
+        """
+        now, behind = self, np.ones(len(self.used), bool)
+        for _ in range(TIMES):
+            far = np.zeros(len(now.used), bool)
+            far[now.rows] = abs(now.left) > FAR * local_size(now.left)
+            far &= behind
+            first = far & ~np.append(False, far[:-1])
+            if not first.any():
+                break
+            now, behind = replace(now, used=now.used & ~first, cache={"slopes": self.slopes()}), far & ~first
+        return now
 
     def with_all_near(self, at: int) -> Response:
         """Return the same with all samples about a change that were measured."""
@@ -379,7 +423,7 @@ class Response:
     def widened(self, part: str, value, **parts) -> Response:
         """Return the same with more numbers, ``value`` (m,), at the end of a part of ``more``."""
         at = self.placed()[part].stop
-        return replace(self, more=np.insert(self.more, at, value), cache={}, **parts)
+        return replace(self, more=np.insert(self.more, at, value), cache=self.of_noise(), **parts)
 
     def with_level(self, since: int, size: float = 0.0) -> Response:
         """Return the same with a step of the level, not fitted yet."""
@@ -389,7 +433,7 @@ class Response:
         """Return the same with a step of a gain."""
         at = self.placed()
         more = np.insert(self.more, [at["gains"].stop, at["shifts"].stop], [size, 0.0])
-        return replace(self, more=more, gains=(*self.gains, (i, since)), cache={})
+        return replace(self, more=more, gains=(*self.gains, (i, since)), cache=self.of_noise())
 
     def with_ramp(self, i: int) -> Response:
         """Return the same with a gain that moves along a straight line."""
@@ -408,7 +452,11 @@ class Response:
         left: dict[str, Any] = {part: tuple(one for k, one in enumerate(getattr(self, part)) if k != j)}
         at = self.placed()
         gone = [at[part].start + j, *([at["shifts"].start + j] if part == "gains" else [])]
-        return replace(self, more=np.delete(self.more, gone), cache={}, **left)
+        return replace(self, more=np.delete(self.more, gone), cache=self.of_noise(), **left)
+
+    def of_noise(self) -> dict:
+        """Return what is kept of the same noise and samples beside another mean."""
+        return {name: self.cache[name] for name in ("gaps",) if name in self.cache}
 
     # --- what is known -------------------------------------------------------------------------------------------
 

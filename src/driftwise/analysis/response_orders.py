@@ -211,13 +211,13 @@ def linear(start: Response, a, nk, m: int) -> Response:
     """
     k, at = len(start.b), start.placed()
     more = np.concatenate([start.more[: at["start"].start], np.zeros(len(a)), start.more[at["start"].stop :]])
-    found = replace(start, a=np.asarray(a), b=np.ones((k, m)), nk=tuple(nk), more=more, cache={})
+    found = replace(start, a=np.asarray(a), b=np.ones((k, m)), nk=tuple(nk), more=more, cache={"gaps": start.gaps})
     size, first = found.b.size, found.placed()["start"].start
     y, level = whitened_before(start)
-    every, rows = found.before(), found.rows
+    every, needed = found.before(), found.needed
     own = every.only(every.places[:size] + every.places[size + first :]).filtered(found.white, found.denominator)
-    X = found.scaled(np.vstack([own.at(rows), level[:, rows]])).T
-    y = found.scaled(y[rows])
+    X = found.scaled(np.vstack([own.at(needed), level[:, needed]])).T
+    y = found.scaled(y[needed])
     value = least_squares(X, y)
     r = abs(y - X @ value)
     w = np.sqrt(np.minimum(1.0, HUBER * 1.4826 * float(np.median(r)) / np.maximum(r, 1e-300)))

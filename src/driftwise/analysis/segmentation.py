@@ -58,7 +58,7 @@ class Hindsight(NamedTuple):
         for j, since in enumerate(now.levels):
             where = standing(now, "levels", j)
             size = float(now.more[now.placed()["levels"].start + j]) * self.y_scale
-            if where is not None and where.log_odds > TOLD[LEVEL]:
+            if where is not None and where.log_odds > SURE and where.slow > TOLD[LEVEL]:
                 found.append(Jump(since, where.interval, where.log_odds, LEVEL, 0, 0.0, size))
         for j, (i, since) in enumerate(now.gains):
             where = standing(now, "gains", j)

@@ -2,21 +2,21 @@
 
 The parameters are those of the plant, its level, and the sizes of what changed; noise, rounding and outliers are known.
 Of inputs it knows the rows of the file and how they move: what they did between the rows of an irregular clock moves y
-as a noise does. Nothing of the library is used.
+as a noise does. Of the noise it knows what the samples that are there say. Nothing of the library is used.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
 import numpy as np
-from scipy.linalg import solve_triangular
+from scipy.linalg import solve_triangular, toeplitz
 from scipy.signal import lfilter
 
-from .hidden_inputs import spread
+from .hidden_inputs import expected, spread
 from .plant import Plant
 from .simulation import Record, numerator, response, slope, step
 
@@ -38,12 +38,14 @@ class Oracle:
 def ask(plant: Plant, record: Record) -> Oracle:
     """Return what the oracle knows of a record."""
     theta, names = _parameters(plant)
-    sizes = [jump.size for jump in plant.jumps]
-    base = _clean(plant, record, theta, sizes)
+    sizes, u = [jump.size for jump in plant.jumps], record.u
     seen = np.isfinite(record.y) & ~record.outliers & np.isin(np.arange(plant.samples), record.rows)
     first, length = plant.stuck
     seen[first : first + length] = False
-    spread_of_y = spread(plant, record, seen) if plant.is_irregular else None
+    spread_of_y = None
+    if plant.is_irregular:
+        spread_of_y, record = spread(plant, record, seen), replace(record, u=expected(plant, record))
+    base = _clean(plant, record, theta, sizes)
     whiten = _whitener(plant, record, seen, spread_of_y)
     slopes = [whiten(_slope(plant, record, theta, sizes, j)) for j in range(len(theta))]
     slopes += [whiten(column) for column in _of_level(plant)]
@@ -64,8 +66,8 @@ def ask(plant: Plant, record: Record) -> Oracle:
     for i in range(len(plant.gains)):
         wanted = _gradient(lambda v, i=i: _gain(plant, names, v, i), theta)
         factor = np.prod([jump.size for jump in plant.jumps if jump.what == "gain" and jump.input == i])
-        local = slope(plant, record.u[:, i]) * plant.gains[i] * factor
-        gains.append(float(plant.gains[i] * factor * _linear(plant, record.u[:, i])))
+        local = slope(plant, u[:, i]) * plant.gains[i] * factor
+        gains.append(float(plant.gains[i] * factor * _linear(plant, u[:, i])))
         low, high = np.sort(np.quantile(local, [0.1, 0.9])).tolist()
         spreads.append((low, high))
         g = np.append(wanted * factor, np.zeros(len(P) - len(theta)))
@@ -147,13 +149,15 @@ def _variance(plant: Plant, record: Record) -> np.ndarray:
 
 
 def _whitener(plant: Plant, record: Record, seen, spread_of_y=None):
-    """Return what makes the noise of a series white and of variance one, at the samples that are seen."""
-    variance = _variance(plant, record)
-    if spread_of_y is not None:  # the noise of irregular clocks is white
-        root = np.linalg.cholesky(np.diag(variance[seen]) + spread_of_y)
-        return lambda x: solve_triangular(root, x[seen], lower=True)
-    colour = {"white": [1.0], "equation": plant.a, "coloured": [1.0, -plant.rho]}[plant.noise]
-    return lambda x: (lfilter(colour, [1.0], x) / np.sqrt(variance))[seen]
+    """Return what makes the noise of a series white and of variance one, given the samples that are seen alone."""
+    colour = np.array({"white": [1.0], "equation": [*plant.a], "coloured": [1.0, -plant.rho]}[plant.noise])
+    if spread_of_y is None and (len(colour) == 1 or (seen.all() and not plant.levels)):
+        return lambda x: (lfilter(colour, [1.0], x) / np.sqrt(_variance(plant, record)))[seen]
+    way = toeplitz(lfilter([1.0], colour, np.eye(1, plant.samples)[0]), np.zeros(plant.samples))[seen]
+    rounding = _variance(plant, record)[seen] - record.sigma[seen] ** 2
+    spread_of_noise = lfilter([1.0], colour, (way * record.sigma**2).T, axis=0)[seen] + np.diag(rounding)
+    root = np.linalg.cholesky(spread_of_noise if spread_of_y is None else spread_of_noise + spread_of_y)
+    return lambda x: solve_triangular(root, x[seen], lower=True)
 
 
 def _noise_odds(plant: Plant, record: Record, seen, at: int, spread_of_y=None) -> float:
