@@ -10,6 +10,7 @@ import linecache
 import textwrap
 from collections import ChainMap
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any, NamedTuple
 
 from .refusal import Refusal
@@ -64,16 +65,24 @@ def _source(file: str, code) -> Source:  # by its file, too: codes are equal whe
 def _definitions(text: str) -> dict[int, ast.FunctionDef]:
     """Return all functions of a file by their first lines, decorators included."""
     found = {}
-    for node in ast.walk(ast.parse(text)):
+    for node in ast.walk(_parsed(text)):
         if isinstance(node, ast.FunctionDef):
             found[min([node.lineno, *(one.lineno for one in node.decorator_list)])] = node
     return found
 
 
+def _parsed(text: str) -> ast.Module:
+    """Return the syntax of a text; up to Python 3.12 another thread that parses, too, may cost a try or two."""
+    for _ in range(9):
+        with suppress(SystemError):  # "AST constructor recursion depth mismatch": its count is of all threads
+            return ast.parse(text)
+    return ast.parse(text)
+
+
 def _alone(code, file: str, line: int) -> ast.FunctionDef:
     """Return the syntax of a function whose file cannot be read as a whole."""
     try:
-        tree = ast.parse(textwrap.dedent(inspect.getsource(code)))
+        tree = _parsed(textwrap.dedent(inspect.getsource(code)))
     except (OSError, SyntaxError) as trouble:
         raise Refusal(f"the source of {code.co_qualname} is not to be had ({trouble})", file, line) from None
     found = next((node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)), None)
