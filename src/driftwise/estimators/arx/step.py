@@ -8,6 +8,7 @@ from ...detect.gate import admit, count_rejections
 from ...detect.watch import SINCE, STATISTIC, WHICH, watch
 from ...engine.dispatch import advance, kernel, listens, open_scratch
 from ...engine.elementary import log
+from ...engine.elementary.logarithm import log_of_ratio
 from ...engine.status import BAD_VALUE, EXACT, FILLED, LOST, MISSING_INPUT, MISSING_OUTPUT, REJECTED, SKIPPED
 from ...engine.ud import entry, predicted_variance, project, variance, variances
 from ...memory.registry import Alarm, begin, count, found_jump, mixture, on_alarm, outlier_probability, time_update
@@ -171,7 +172,7 @@ def advance_lags(form, method, memory, gate, scale, detector, state, scratch, y,
         is_used, status = False, status | SKIPPED
     if head[PAST] > 0.0 or abs(z) < HUGE:
         head[PAST] += 1.0
-    R = method.R + regressor_variance / s2
+    R = method.R + regressor_variance / s2 if regressor_variance > 0.0 else method.R  # T need not wait for s2
 
     if out.shape[1] >= COLUMNS:
         out[t, 8] = freedom(scale, head[COUNT])
@@ -205,7 +206,7 @@ def advance_lags(form, method, memory, gate, scale, detector, state, scratch, y,
                 memory, state.memory_state, head[COUNT], head[CHI2], head[WEIGHT], e * e / T
             )
             alarm += found_jump(memory, state.memory_state, state.detector_state)
-            head[LOGDET] += log(T) if T != 1.0 else 0.0  # one: of a gain that knows no covariance
+            head[LOGDET] += log_of_ratio(T) if T != 1.0 else 0.0  # one: of a gain that knows no covariance
             head[SCORE] -= 0.5 * (log(2.0 * math.pi * s2 * T) + surprise)
         else:
             status |= EXACT if T == 0.0 else SKIPPED
