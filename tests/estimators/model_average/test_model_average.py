@@ -1,4 +1,4 @@
-"""The model average: laws, an oracle written from the formulas, calibration, and what happens to bad input."""
+"""The model average: laws, calibration, and what happens to bad input."""
 
 import math
 
@@ -85,63 +85,6 @@ def test_compiled_equals_plain(average, record):
     with np.errstate(all="ignore"):
         compile.plain_passage(step.Averaging)(y[:60, None], means, variances, outs, numbers, flatten([average.task]))
     np.testing.assert_allclose(outs, trace.table, rtol=1e-9, atol=1e-12)
-
-
-def oracle(task, y, means, variances, samples):
-    """Yield (prediction, variance of the density) of each forecast: the modules' formulas, over arrays."""
-    M = means.shape[1] + 3
-    logs, ratio, behind = np.zeros((3, M)), np.ones(M), np.zeros(M)
-    memory, rate, spread = np.array([task.forgetting, task.forgetting, 1.0]), [1, 0.2, 0.3], np.full(3, task.unit)
-    regrets = [np.zeros(3)]
-    kappa, rho = 4.0 ** np.arange(-2, 6), np.array([0.25, 1.0, 4.0, 16.0])
-    prior = np.r_[np.where(kappa == 1, 2.0, 0.5 * np.minimum(kappa, 1 / kappa)), np.full(4, 0.04)]
-    q, long, count, smallest = prior.copy(), task.unit, 0.0, math.inf
-    for t in range(samples):
-        past = y[:t]
-        naive = [0.0, 0.0, 0.0]
-        if t:
-            naive = [past[-1], 2 * past[-1] - past[-2] if t > 1 else past[-1], past.mean()]
-        mu, S = np.r_[means[t], naive], np.r_[variances[t], [task.unit] * 3]
-        if t > 1 and past[-1] != past[-2]:
-            smallest = min(smallest, abs(past[-1] - past[-2]))
-        floor = max(smallest**2 / 12 if math.isfinite(smallest) else 0.0, 1e-12 * task.unit)
-        speaks = ratio * S <= 100 * max(ratio[-1], 1) * S[-1]
-        claim = ratio * S
-        sure = speaks & (claim <= 16 * np.maximum(claim, floor)[speaks].min())
-        w = np.zeros((3, M))
-        for k, at in enumerate((speaks, sure, sure)):
-            w[k, at] = np.exp(logs[k, at] - logs[k, at].max())
-        w[w <= task.window] = 0
-        w /= w.sum(axis=1, keepdims=True)
-        three = w @ mu
-        square, most = np.square(regrets).sum(axis=0), np.abs(regrets).max(axis=0)
-        v = np.ones(3)
-        if most.any():
-            eta = np.minimum(0.5 / most, np.sqrt(math.log(3) / square))
-            v = eta * np.exp(eta * np.sum(regrets, axis=0) - eta**2 * square)
-        prediction, mean = v @ three / v.sum(), three[0]
-        base = max(w[0] @ (np.maximum(ratio * S, floor) + (mu - mean) ** 2), floor)
-        scale = np.maximum(np.r_[kappa * base, rho * long], floor)
-        yield prediction, q @ scale / q.sum()
-        regrets.append(2 * (y[t] - prediction) * (three - prediction) / task.unit)
-        z2 = (y[t] - mu) ** 2 / np.maximum(ratio * S, floor)
-        scores = [-0.5 * np.log(np.maximum(ratio * S, floor)) - 3.5 * np.log1p(z2 / 6)]
-        scores += [-rate[k] * (y[t] - mu) ** 2 / spread[k] for k in (1, 2)]
-        spread += ((y[t] - three) ** 2 - spread) / (min(t, 200) + 1)
-        behind = (1 - 1 / task.memory) * behind + 1
-        gain = 1 / (behind + 1)
-        ratio = np.maximum(ratio * (1 - gain + gain * np.minimum(z2, 25)), floor / S)
-        for k in range(3):
-            w = np.exp(memory[k] * (logs[k] + scores[k] - (logs[k] + scores[k]).max()))
-            logs[k] = np.log((1 - task.share) * w / w.sum() + task.share / M)
-        e, fade = y[t] - mean, min(1 - 1 / task.tails, 1 - 1 / (10 + 0.1 * t))
-        part = q * np.exp(-0.5 * e * e / scale) / np.sqrt(scale)
-        q = fade * q + (1 - fade) * prior + part / part.sum()
-        if t < 60:
-            long, count = base, 30.0
-        else:
-            count = 0.999 * count + 1
-            long += (e * e - long) / (count + 1)
 
 
 @pytest.mark.parametrize("noise", ["normal", "heavy"])

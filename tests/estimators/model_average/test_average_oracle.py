@@ -1,0 +1,99 @@
+"""The model average against its formulas, written once more over arrays."""
+
+import math
+
+import numpy as np
+
+import driftwise as dw
+from driftwise.analysis.laws import example
+from driftwise.estimators.model_average import step
+
+MEMBERS = [dw.ARX(1, 1), dw.ARX(2, 2, memory=dw.ExponentialForgetting(0.98)), dw.AR(1)]
+KAPPA, RHO = 4.0 ** np.arange(-2, 6), np.array([0.25, 1.0, 4.0, 16.0])
+PRIOR = np.r_[np.where(KAPPA == 1, 2.0, 0.5 * np.minimum(KAPPA, KAPPA**-2)), np.full(4, 0.01)]
+
+
+def shares(weights):
+    return weights / weights.sum()
+
+
+def aggregated(regrets, speaks):
+    """Return the weights of Bernstein's online aggregation (Wintenberger 2017) of all regrets so far, one row a time."""
+    square, most, rate = (
+        np.square(regrets).sum(axis=0),
+        np.abs(regrets).max(axis=0),
+        np.full(len(speaks), math.exp(-700)),
+    )
+    known = most > 0
+    rate[known] = np.minimum(0.5 / most[known], np.sqrt(math.log(len(speaks)) / square[known]))
+    power = np.where(speaks, rate * (np.sum(regrets, axis=0) - rate * square), -np.inf)
+    return shares(rate * np.exp(power - power.max()))
+
+
+def naive(past):
+    """Return the last value, the straight line through the last two, and the mean."""
+    if not len(past):
+        return [0.0, 0.0, 0.0]
+    return [past[-1], past[-1] if len(past) == 1 else 2 * past[-1] - past[-2], past.mean()]
+
+
+def oracle(task, y, means, variances):
+    """Yield prediction, variance and log density of each sample."""
+    M = means.shape[1]
+    logs, ratio, behind, width = np.zeros((3, M)), np.ones(M), np.zeros(M), 1.0
+    members, blends, spread, q = [np.zeros(M)], [np.zeros(4)], np.full(2, task.unit), PRIOR.copy()
+    long, count = task.unit, 0.0
+    for t in range(len(y)):
+        mu, S = np.r_[means[t, :-3], naive(y[:t])], np.r_[variances[t, :-3], [task.unit] * 3]
+        moves = np.abs(np.diff(y[:t]))
+        floor = max(moves[moves > 0].min() ** 2 / 12 if np.any(moves > 0) else 0.0, 1e-12 * task.unit)
+        claim = ratio * S
+        speaks = claim <= 100 * max(ratio[-1], 1) * S[-1]
+        sure = speaks & (claim <= 16 / task.rate * np.maximum(claim, floor)[speaks].min())
+        w = np.zeros((4, M))
+        for k, at in enumerate((speaks, sure, sure)):
+            w[k, at] = np.exp(logs[k, at] - logs[k, at].max())
+            w[k] = shares(np.where(w[k] > task.window, w[k], 0.0))
+        w[3] = aggregated(members, sure)
+        four = w @ mu
+        prediction, mean = aggregated(blends, np.ones(4, bool)) @ four, four[0]
+        base = max(w[0] @ (np.maximum(claim, floor) + (mu - mean) ** 2), floor)
+        v, e = np.maximum(np.r_[KAPPA * base, RHO * long], floor), y[t] - mean
+        density = np.exp(-0.5 * e**2 / v) / np.sqrt(2 * math.pi * v)
+        variance = width * (shares(q) @ v)
+        yield prediction, variance, math.log(shares(q) @ density)
+
+        error = y[t] - prediction
+        blends.append(2 * error / task.unit * (four - prediction))
+        if t >= task.settle:
+            width = max(width * (1 + (min(error**2 / variance, 400) - 1) / task.tails), 0.1)
+            members.append(np.where(speaks, 2 * (y[t] - four[3]) / task.unit * (mu - four[3]), 0.0))
+        z2 = (y[t] - mu) ** 2 / np.maximum(claim, floor)
+        gains = [task.rate * (-0.5 * np.log(np.maximum(claim, floor)) - 3.5 * np.log1p(z2 / 6))]
+        gains += [
+            -b * task.rate * np.minimum((y[t] - mu) ** 2 / max(s, floor), 1e4) for b, s in zip((0.2, 0.3), spread)
+        ]
+        spread += ((y[t] - four[1:3]) ** 2 - spread) / (min(t, 200) + 1)
+        for k, memory in enumerate((task.forgetting, task.forgetting, 1.0)):
+            told = memory * (logs[k] + gains[k])
+            logs[k] = np.log((1 - task.share) * shares(np.exp(told - told.max())) + task.share / M)
+        behind = (1 - 1 / task.memory) * behind + 1
+        ratio = np.maximum(ratio + (ratio * np.minimum(z2, 25) - ratio) / (behind + 1), floor / S)
+        fade = min(1 - 1 / task.tails, 1 - 1 / (10 + 0.1 * t))
+        q = fade * q + (1 - fade) * PRIOR + shares(q * density)
+        count = 30.0 if t < 60 else 0.999 * count + 1
+        long = base if t < 60 else long + (e**2 - long) / (count + 1)
+
+
+def test_the_average_is_what_its_formulas_say():
+    average, (y, u) = dw.ModelAverage(MEMBERS), example(MEMBERS[1], samples=400, missing=0.0)
+    y[200:] += 5.0  # a jump: what all were sure of is wrong
+    y[300] += 40.0
+    trace, columns = average.scan(y, u), [m.scan(y, u if m.model.inputs else None) for m in MEMBERS]
+    means, variances = np.full((2, len(y), len(MEMBERS) + 3), np.nan)
+    for i, own in enumerate(columns):
+        means[:, i], variances[:, i] = own.prediction, own.variance
+    expected = np.array(list(oracle(average.task, y, means, variances)))
+    np.testing.assert_allclose(trace.prediction, expected[:, 0], rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(trace.variance, expected[:, 1], rtol=1e-9)
+    np.testing.assert_allclose(trace.table[:, step.SCORE], expected[:, 2], rtol=1e-8, atol=1e-8)
