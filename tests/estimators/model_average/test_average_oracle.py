@@ -18,7 +18,7 @@ def shares(weights):
 
 
 def aggregated(regrets, speaks):
-    """Return the weights of Bernstein's online aggregation (Wintenberger 2017) of all regrets so far, one row a time."""
+    """Return the weights of Bernstein's online aggregation (Wintenberger 2017), given the regrets so far."""
     square, most, rate = (
         np.square(regrets).sum(axis=0),
         np.abs(regrets).max(axis=0),
