@@ -86,6 +86,7 @@ def test_many_objects_list_the_busiest(call, tmp_path):
         (["FILE", "--format", "csv,shp"], 2, "csv, parquet, geojson, kml, gpx, cat062"),
         (["FILE", "--report", "no/such/page.html"], 2, "no folder no/such"),
         (["FILE", "FILE", "--follow"], 2, "takes one file"),
+        (["FILE", "--page", "0"], 2, "--page shows tracks as they move, with --follow or --listen"),
         (["EMPTY"], 1, "no plot has a time and a position"),
     ],
 )

@@ -13,17 +13,17 @@ from typing import Any
 import numpy as np
 
 from driftwise.cli.results import line
-from driftwise.engine.errors import InputError
+from driftwise.engine.errors import CommandError, InputError
 from driftwise.tables.growing import Growing
 
 REFRESH = 0.5  # s between two pictures of the live table
 SHARE = 0.2  # of the time that may go into drawing
 
 
-def follow(path: str, live, tracker, quiet: bool) -> None:
+def follow(path: str, live, tracker, quiet: bool, page=None) -> None:
     """Feed a tracker with the plots of a file that grows, or of a pipe, until it ends or Ctrl-C is pressed."""
     source = Growing(path)
-    with teller(quiet) as tell, asked_to_stop() as asked:
+    with teller(quiet, page) as tell, asked_to_stop() as asked:
         try:
             while not (source.has_ended or asked()):
                 try:
@@ -65,8 +65,47 @@ def asked_to_stop():
 
 
 @contextmanager
-def teller(quiet: bool):
-    """Yield a function (tracker, events, whether nothing waits) that tells what is new: a table, or lines of JSON."""
+def map_page(port: int | None, quiet: bool):
+    """Yield a `TrackMap` at a port of this machine, which is told and closed at the end; None where none is wanted."""
+    if port is None:
+        yield None
+        return
+    from driftwise.report.printed import say
+
+    try:
+        from driftwise.live.web.track_map import TrackMap
+
+        page = TrackMap(port)
+    except ModuleNotFoundError as error:
+        raise CommandError(
+            f'--page needs {(error.name or "").partition(".")[0]}: pip install "driftwise[live]"'
+        ) from None
+    except InputError as error:
+        raise CommandError(f"--page {port}: {error}") from None
+    try:
+        if not quiet:
+            say(f"the map is at {page.address}", stderr=True)
+        yield page
+    finally:
+        page.close()
+
+
+@contextmanager
+def teller(quiet: bool, page=None):
+    """Yield a function (tracker, events, whether nothing waits) that tells what is new, and shows it on the map."""
+    with _teller(quiet) as tell:
+
+        def both(tracker, events, is_idle: bool) -> None:
+            if page is not None:
+                page.show(tracker)
+            tell(tracker, events, is_idle)
+
+        yield both
+
+
+@contextmanager
+def _teller(quiet: bool):
+    """Yield a function that tells what is new: a table, or lines of JSON."""
     if quiet:
         yield lambda tracker, events, is_idle: None
     elif sys.stdout.isatty():

@@ -18,10 +18,10 @@ MOST_FAULTS = 1000  # that are remembered one by one
 OFTEN = 60.0  # s between two times of letting go
 
 
-def listen(url: str, wire: Wire, tracker, quiet: bool, keep: float) -> None:
+def listen(url: str, wire: Wire, tracker, quiet: bool, keep: float, page=None) -> None:
     """Feed a tracker with what comes from a place until Ctrl-C is pressed or it ends; ``keep`` hours are remembered."""
     source, next_look, lost = Listener(url), monotonic() + OFTEN, 0
-    with teller(quiet) as tell, asked_to_stop() as asked:
+    with teller(quiet, page) as tell, asked_to_stop() as asked:
         try:
             while not (source.has_ended or asked()):
                 packets = source.read()

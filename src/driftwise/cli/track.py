@@ -113,6 +113,16 @@ class TrackJob(Job):
             help="With --follow and --listen: hold plots back so long, to put them in order of time.",
         ),
     ] = 0.0
+    page: Annotated[
+        int | None,
+        typer.Option(
+            metavar="PORT",
+            min=0,
+            max=65535,
+            help="With --follow and --listen: a map of the tracks as they move, at this port of this machine alone (0 "
+            "takes a free one).",
+        ),
+    ] = None
     quiet: Quiet = False
 
     @property
@@ -190,6 +200,10 @@ class TrackJob(Job):
         refuse_files(named, [*read, *filter(None, [self.sites])])
         if self.register and self.is_live:
             raise CommandError("--register looks at a recording: not with --follow or --listen")
+        if self.page is not None and not self.is_live:
+            raise CommandError(
+                "--page shows tracks as they move, with --follow or --listen; of a recording, --report FILE"
+            )
         if self.listen:
             from driftwise.tracking.sockets import place
 
@@ -216,7 +230,10 @@ class TrackJob(Job):
         self.tracker = Tracker(self.pace, single=self.single, delay=self.delay)
         self.biases: Any = None
         if plots is None:
-            self._listen() if self.listen else self._follow()
+            from driftwise.cli.follow import map_page
+
+            with map_page(self.page, self.quiet) as page:
+                self._listen(page) if self.listen else self._follow(page)
             return
         if self.register:
             plots = self._registered(plots)
@@ -247,22 +264,22 @@ class TrackJob(Job):
                     raise
                 raise InputError(f"{error}. Here: --site 25/201=46.2,15.1,800 for each, or --sites FILE") from None
 
-    def _follow(self) -> None:
+    def _follow(self, page) -> None:
         from driftwise.cli.follow import follow
         from driftwise.tracking.live_plots import LivePlots
 
-        follow(self.inputs[0], LivePlots(self.title, self.place), self.tracker, self.quiet)
+        follow(self.inputs[0], LivePlots(self.title, self.place), self.tracker, self.quiet, page)
         if not self.tracker.counts["plots"]:
             raise InputError(f"{self.title}: nothing came that is a plot: a time and a position on every line")
 
-    def _listen(self) -> None:
+    def _listen(self, page) -> None:
         from driftwise.cli.listen import listen
         from driftwise.tracking.sockets import place
         from driftwise.tracking.wire import Wire
 
         url = self.listen or "-"
         wire = Wire(self.title, place(url).kind != "udp", self.place, self.radars or None)
-        listen(url, wire, self.tracker, self.quiet, self.keep)
+        listen(url, wire, self.tracker, self.quiet, self.keep, page)
 
     def tell(self) -> None:
         """Write the tracks, the page and the numbers, and print the table."""

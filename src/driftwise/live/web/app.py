@@ -62,7 +62,7 @@ def application(board: Board, access: Access | None = None, limits: Limits | Non
         Route("/static/{name}", static),
         Route("/openapi.json", document),
     ]
-    said = {HTTPException: _told, Exception: _told}
+    said = {HTTPException: told, Exception: told}
     app = Starlette(routes=ours + routes(api), lifespan=lifespan, exception_handlers=said)
     app.router.redirect_slashes = False
     app.state.hub = api.hub
@@ -70,7 +70,7 @@ def application(board: Board, access: Access | None = None, limits: Limits | Non
     return app
 
 
-async def _told(request: Request, error: Exception) -> Response:
+async def told(request: Request, error: Exception) -> Response:
     """Say why in JSON; of an error of ours nothing but that: it is in the log."""
     status = error.status_code if isinstance(error, HTTPException) else 500
     detail = error.detail if isinstance(error, HTTPException) else "an error of the service; its log says more"

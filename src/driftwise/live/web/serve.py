@@ -88,7 +88,8 @@ class Site:
 
     async def stop(self) -> None:
         """Close open pages and end."""
-        self._app.state.hub.close()
+        if (hub := getattr(self._app.state, "hub", None)) is not None:
+            hub.close()
         self._server.should_exit = True
         if self._task is not None:
             with contextlib.suppress(TimeoutError):
