@@ -113,7 +113,7 @@ function grid() {
   return [parts, words];
 }
 
-// A name stands beside its track where no other name stands yet, rather off its line than on it.
+// A name stands beside its track where neither a track nor another name is, rather off its line than on it.
 function label(track, taken) {
   const [x, y] = pixel(track.position), wide = 7.2 * track.name.length, [width, height] = size();
   const along = ([dx, dy]) => Math.abs(dx * track.velocity[0] - (dy - 4) * track.velocity[1]);
@@ -200,6 +200,7 @@ function draw() {
   if (!view.scale) return;
   map.setAttribute("viewBox", `0 0 ${width} ${height}`);
   const taken = [[0, 0, 140, 56], [width - 50, 0, width, 56], [width - 200, height - 40, width, height]];
+  for (const [x, y] of tracks.map((track) => pixel(track.position))) taken.push([x - 4, y - 4, x + 4, y + 4]);
   const [lines, words] = grid();
   const first = [...tracks].sort((a, b) => (b.id === marked) - (a.id === marked)); // its name comes first
   map.replaceChildren(...lines, ...first.map((track) => figure(track, taken)).reverse(), ...words);
