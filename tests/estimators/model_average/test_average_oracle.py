@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+import pytest
 
 import driftwise as dw
 from driftwise.analysis.laws import example
@@ -17,16 +18,12 @@ def shares(weights):
     return weights / weights.sum()
 
 
-def aggregated(regrets, speaks):
+def aggregated(regrets, speaks, counts=1.0):
     """Return the weights of Bernstein's online aggregation (Wintenberger 2017), given the regrets so far."""
-    square, most, rate = (
-        np.square(regrets).sum(axis=0),
-        np.abs(regrets).max(axis=0),
-        np.full(len(speaks), math.exp(-700)),
-    )
-    known = most > 0
+    square, most = counts * np.square(regrets).sum(axis=0), np.abs(regrets).max(axis=0)
+    known, rate = most > 0, np.full(len(speaks), math.exp(-700))
     rate[known] = np.minimum(0.5 / most[known], np.sqrt(math.log(len(speaks)) / square[known]))
-    power = np.where(speaks, rate * (np.sum(regrets, axis=0) - rate * square), -np.inf)
+    power = np.where(speaks, rate * (counts * np.sum(regrets, axis=0) - rate * square), -np.inf)
     return shares(rate * np.exp(power - power.max()))
 
 
@@ -42,10 +39,12 @@ def oracle(task, y, means, variances):
     M = means.shape[1]
     logs, ratio, behind, width = np.zeros((3, M)), np.ones(M), np.zeros(M), 1.0
     members, blends, spread, q = [np.zeros(M)], [np.zeros(4)], np.full(2, task.unit), PRIOR.copy()
-    long, count = task.unit, 0.0
-    for t in range(len(y)):
-        mu, S = np.r_[means[t, :-3], naive(y[:t])], np.r_[variances[t, :-3], [task.unit] * 3]
-        moves = np.abs(np.diff(y[:t]))
+    long, count, is_next = task.unit, 0.0, True
+    for i in range(len(y)):
+        past = y[:i][np.isfinite(y[:i])]
+        t = len(past)
+        mu, S = np.r_[means[i, :-3], naive(past)], np.r_[variances[i, :-3], [task.unit] * 3]
+        moves = np.abs(np.diff(past))
         floor = max(moves[moves > 0].min() ** 2 / 12 if np.any(moves > 0) else 0.0, 1e-12 * task.unit)
         claim = ratio * S
         speaks = claim <= 100 * max(ratio[-1], 1) * S[-1]
@@ -54,26 +53,30 @@ def oracle(task, y, means, variances):
         for k, at in enumerate((speaks, sure, sure)):
             w[k, at] = np.exp(logs[k, at] - logs[k, at].max())
             w[k] = shares(np.where(w[k] > task.window, w[k], 0.0))
-        w[3] = aggregated(members, sure)
+        w[3] = aggregated(members, sure, task.rate)
         four = w @ mu
-        prediction, mean = aggregated(blends, np.ones(4, bool)) @ four, four[0]
+        prediction, mean = aggregated(blends, np.ones(4, bool)) @ four if is_next else four[0], four[0]
         base = max(w[0] @ (np.maximum(claim, floor) + (mu - mean) ** 2), floor)
-        v, e = np.maximum(np.r_[KAPPA * base, RHO * long], floor), y[t] - mean
+        v, e = np.maximum(np.r_[KAPPA * base, RHO * long], floor), y[i] - mean
         density = np.exp(-0.5 * e**2 / v) / np.sqrt(2 * math.pi * v)
-        variance = width * (shares(q) @ v)
+        variance = (width if is_next else 1.0) * (shares(q) @ v)
         yield prediction, variance, math.log(shares(q) @ density)
+        was_next, is_next = is_next, math.isfinite(y[i])
+        if not is_next:
+            continue
 
-        error = y[t] - prediction
-        blends.append(2 * error / task.unit * (four - prediction))
-        if t >= task.settle:
+        error = y[i] - prediction
+        if was_next:
+            blends.append(2 * error / task.unit * (four - prediction))
+        if was_next and t >= task.settle:
             width = max(width * (1 + (min(error**2 / variance, 400) - 1) / task.tails), 0.1)
-            members.append(np.where(speaks, 2 * (y[t] - four[3]) / task.unit * (mu - four[3]), 0.0))
-        z2 = (y[t] - mu) ** 2 / np.maximum(claim, floor)
+            members.append(np.where(speaks, 2 * (y[i] - four[3]) / task.unit * (mu - four[3]), 0.0))
+        z2 = (y[i] - mu) ** 2 / np.maximum(claim, floor)
         gains = [task.rate * (-0.5 * np.log(np.maximum(claim, floor)) - 3.5 * np.log1p(z2 / 6))]
         gains += [
-            -b * task.rate * np.minimum((y[t] - mu) ** 2 / max(s, floor), 1e4) for b, s in zip((0.2, 0.3), spread)
+            -b * task.rate * np.minimum((y[i] - mu) ** 2 / max(s, floor), 1e4) for b, s in zip((0.2, 0.3), spread)
         ]
-        spread += ((y[t] - four[1:3]) ** 2 - spread) / (min(t, 200) + 1)
+        spread += ((y[i] - four[1:3]) ** 2 - spread) / (min(t, 200) + 1)
         for k, memory in enumerate((task.forgetting, task.forgetting, 1.0)):
             told = memory * (logs[k] + gains[k])
             logs[k] = np.log((1 - task.share) * shares(np.exp(told - told.max())) + task.share / M)
@@ -85,8 +88,11 @@ def oracle(task, y, means, variances):
         long = base if t < 60 else long + (e**2 - long) / (count + 1)
 
 
-def test_the_average_is_what_its_formulas_say():
-    average, (y, u) = dw.ModelAverage(MEMBERS), example(MEMBERS[1], samples=400, missing=0.0)
+@pytest.mark.parametrize("rate", [1.0, 0.1])
+def test_the_average_is_what_its_formulas_say(rate):
+    average = dw.ModelAverage(MEMBERS, learning_rate=rate)
+    y, u = example(MEMBERS[1], samples=400, missing=0.1)
+    u = np.nan_to_num(u)
     y[200:] += 5.0  # a jump: what all were sure of is wrong
     y[300] += 40.0
     trace, columns = average.scan(y, u), [m.scan(y, u if m.model.inputs else None) for m in MEMBERS]
@@ -96,4 +102,5 @@ def test_the_average_is_what_its_formulas_say():
     expected = np.array(list(oracle(average.task, y, means, variances)))
     np.testing.assert_allclose(trace.prediction, expected[:, 0], rtol=1e-9, atol=1e-9)
     np.testing.assert_allclose(trace.variance, expected[:, 1], rtol=1e-9)
-    np.testing.assert_allclose(trace.table[:, step.SCORE], expected[:, 2], rtol=1e-8, atol=1e-8)
+    seen = np.isfinite(y)
+    np.testing.assert_allclose(trace.table[seen, step.SCORE], expected[seen, 2], rtol=1e-8, atol=1e-8)

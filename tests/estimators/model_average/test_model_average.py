@@ -65,6 +65,8 @@ def test_a_missing_output_is_forecast_and_teaches_nothing(average, record):
     state = average.scan(y[:100], u[:100]).state
     after, shown = average.update(state, math.nan, u[100])
     assert shown.status == dw.Status.MISSING_OUTPUT and math.isfinite(shown.prediction) and math.isnan(shown.innovation)
+    assert after["own"]["silent"] == 1 and state["own"]["silent"] == math.isnan(y[99])
+    after["own"]["silent"] = state["own"]["silent"]
     assert same(after["own"], state["own"])
     _, absurd = average.update(state, 1e80, u[100])
     assert absurd.status == dw.Status.BAD_VALUE

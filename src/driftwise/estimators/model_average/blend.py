@@ -1,7 +1,7 @@
 """The mean of a model average: four ways to weigh the members, and how far each of these is trusted.
 
     weights      log w_i <- phi log w_i - eta (y - mu_i)^2/s       s: mean squared error of the mean that w makes
-    regret       r_k = 2 (y - m)(m_k - m),  R_k = sum r_k,  Q_k = sum r_k^2
+    regret       r_k = 2 (y - m)(m_k - m),  R_k = sum r_k,  Q_k = sum r_k^2; of members, eta (sum ..)
     trust        v_k ~ eta_k exp(eta_k R_k - eta_k^2 Q_k),  eta_k = min(1/(2 max |r_k|), sqrt(log K/Q_k))
 
 Likelihood is right for a density, and wrong for a mean where noise has tails: who is sharp between outliers wins, and
@@ -101,12 +101,12 @@ def faded(logs, w, phi, share):
 
 
 @kernel
-def regret_of(e, mean, means, said, unit, regret, squares, most):
-    """Learn from an error e of the mean what would have been better, of all that are finite in ``said``."""
+def regret_of(e, mean, means, said, unit, counts, regret, squares, most):
+    """Learn from an error e of the mean, which counts so much, who was better, of all that are finite in ``said``."""
     whole = 2.0 * (e / unit)
     for k in range(means.size):
         if math.isfinite(said[k]):
             r = min(max(whole * (means[k] - mean), -WORST), WORST)
-            regret[k] += r
-            squares[k] += r * r
+            regret[k] += counts * r
+            squares[k] += counts * r * r
             most[k] = max(most[k], abs(r))

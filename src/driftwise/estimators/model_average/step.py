@@ -8,7 +8,8 @@
     variance     c sum q_j v_j                                     c: running mean of e^2 of the prediction beside that
 
 The variance is that of the prediction's errors, whose centre is not the density's: c, the running mean of what they are
-beside the density's variance, remembers as long as the tails do.
+beside the density's variance, remembers as long as the tails do. Regrets and c are of forecasts of the next sample; as
+long as y is missing, the forecast is the density's own, mean and variance.
 
 By squared errors, nobody is heard who claims a variance sixteen times the least: after a gap, or where nothing has
 moved for long, members that forget fast know that they know little, and have won their weight on easier samples.
@@ -95,6 +96,7 @@ AVERAGE = Layout(
         regret_most="the largest of them",
     ),
     Field("width", about="c: mean of e^2/variance of the density, e of the prediction"),
+    Field("silent", about="samples since y was there"),
     given=("members",),
     BLENDS=BLENDS,
     SCALES=SCALES,
@@ -350,7 +352,7 @@ def pass_over_averaging(task, rows, q, kept, out, state):
     M = q.shape[1]
     (
         row, tails, logs, evidence, squares, ratio, behind, brief, lasting, missed, misses, worst_miss,
-        spread, regret, regrets, most, width,
+        spread, regret, regrets, most, width, silent,
     ) = open_average(state, M - len(NAIVE))  # fmt: skip
     scratch = state[state.size - scratch_size(M) :]
     scores, one, two, three = scratch[:M], scratch[M : 2 * M], scratch[2 * M : 3 * M], scratch[3 * M : 4 * M]
@@ -369,21 +371,28 @@ def pass_over_averaging(task, rows, q, kept, out, state):
         means[3] = trusted(mu, claims, four, most_claimed, missed, misses, worst_miss, scores, crowd)
         for k in range(BLENDS):
             v[k] = 0.0
-        trust(regret, regrets, most, v, scores, LOG_BLENDS)
+        is_next = silent[0] == 0.0
+        if is_next:
+            trust(regret, regrets, most, v, scores, LOG_BLENDS)
+        else:  # what errors taught is of the next sample's: a forecast from afar is the density's own
+            v[0] = 1.0
         mean, prediction = means[0], blended(v, means, one, two, three, four, w)
         base = base_of(mu, claims, one, mean, floor)
         is_absurd = abs(y) > ABSURD * math.sqrt(task.unit)
         variance = tell(row, tails, math.nan if is_absurd else y, prediction, mean, base, floor, densities, out[t])
-        out[t, VARIANCE] = width[0] * variance
+        out[t, VARIANCE] = width[0] * variance if is_next else variance
         out[t, STATUS] = BAD_VALUE if is_absurd else 0.0 if math.isfinite(y) else MISSING_OUTPUT
         if out[t, STATUS] != 0.0:
             out[t, SCORE] = math.nan
+            silent[0] += 1.0
             continue
-        regret_of(y - prediction, prediction, means, means, task.unit, regret, regrets, most)
-        if row[SEEN] >= task.settle:
+        silent[0] = 0.0
+        if is_next:
+            regret_of(y - prediction, prediction, means, means, task.unit, 1.0, regret, regrets, most)
+        if is_next and row[SEEN] >= task.settle:
             z2 = square(y - prediction) / out[t, VARIANCE]
             width[0] = max(width[0] * (1.0 + (min(z2, MOST_WIDTH) - 1.0) / task.tails), LEAST_WIDTH)
-            regret_of(y - means[3], means[3], mu, claims, task.unit, missed, misses, worst_miss)
+            regret_of(y - means[3], means[3], mu, claims, task.unit, task.rate, missed, misses, worst_miss)
         for k in range(BLENDS - 2):
             weigh_by_squares(
                 k, 1.0 - HASTE[k] * (1.0 - task.forgetting), ETA[k] * task.rate, task.share, y, mu, scores,
