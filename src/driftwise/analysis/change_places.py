@@ -55,11 +55,8 @@ def effects(now: Response, kind: str, i: int, places) -> list[np.ndarray]:
 
 def later(now: Response, response, places) -> np.ndarray:
     """Return what comes of the first sample, (T, 1), whitened, as it comes of each of the places (.., 1): shifted."""
-    first, T, rows = linear_filter(now.white, [1.0], response), len(response), now.rows
-    if now.mixing is not None:
-        return now.scaled(np.append(np.zeros(T), first)[T - places + now.needed])
-    found = np.append(np.zeros(T), first)[T - places + rows] / now.sigma[rows]
-    return found if now.bridge is None else now.bridge.whitened(found)
+    first, T = linear_filter(now.white, [1.0], response), len(response)
+    return now.scaled(np.append(np.zeros(T), first)[T - places + now.needed])
 
 
 def scanner(now: Response, kind: str, i: int, r) -> Callable[[np.ndarray], np.ndarray]:

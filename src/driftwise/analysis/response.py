@@ -456,7 +456,7 @@ class Response:
 
     def of_noise(self) -> dict:
         """Return what is kept of the same noise and samples beside another mean."""
-        return {name: self.cache[name] for name in ("gaps",) if name in self.cache}
+        return {"gaps": self.gaps}
 
     # --- what is known -------------------------------------------------------------------------------------------
 

@@ -211,7 +211,7 @@ def linear(start: Response, a, nk, m: int) -> Response:
     """
     k, at = len(start.b), start.placed()
     more = np.concatenate([start.more[: at["start"].start], np.zeros(len(a)), start.more[at["start"].stop :]])
-    found = replace(start, a=np.asarray(a), b=np.ones((k, m)), nk=tuple(nk), more=more, cache={"gaps": start.gaps})
+    found = replace(start, a=np.asarray(a), b=np.ones((k, m)), nk=tuple(nk), more=more, cache=start.of_noise())
     size, first = found.b.size, found.placed()["start"].start
     y, level = whitened_before(start)
     every, needed = found.before(), found.needed

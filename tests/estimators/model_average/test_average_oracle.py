@@ -4,12 +4,12 @@ import math
 
 import numpy as np
 import pytest
+from test_model_average import MEMBERS
 
 import driftwise as dw
 from driftwise.analysis.laws import example
 from driftwise.estimators.model_average import step
 
-MEMBERS = [dw.ARX(1, 1), dw.ARX(2, 2, memory=dw.ExponentialForgetting(0.98)), dw.AR(1)]
 KAPPA, RHO = 4.0 ** np.arange(-2, 6), np.array([0.25, 1.0, 4.0, 16.0])
 PRIOR = np.r_[np.where(KAPPA == 1, 2.0, 0.5 * np.minimum(KAPPA, KAPPA**-2)), np.full(4, 0.01)]
 
