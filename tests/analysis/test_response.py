@@ -9,6 +9,7 @@ from scipy.signal import lfilter
 from driftwise.analysis.change_places import colourless
 from driftwise.analysis.change_search import lines
 from driftwise.analysis.effects import deviations, is_borne_out, of_response
+from driftwise.analysis.response_covariance import covariance
 from driftwise.analysis.response_orders import begin, cleaned, fitted, orders, plainest, raised, stripped
 from driftwise.analysis.response_record import recorded
 from driftwise.analysis.segmentation import GAIN, LEVEL, hindsight
@@ -116,7 +117,7 @@ def test_a_start_that_is_over_before_a_long_delay_leaves_gains_their_bars():
     y = lfilter(np.append(np.zeros(60), 3.0 * B.sum()), B, u[:, 0]) + noise(6, size=0.1)
     found = hindsight(y, u)
     effect = of_response(found).of[0]
-    assert found.response.nk[0] >= 58 and np.isfinite(found.response.covariance()).all()
+    assert found.response.nk[0] >= 58 and np.isfinite(covariance(found.response)).all()
     assert abs(effect.gain - 3.0) < 0.05 and 0 < effect.std < 0.05
 
 

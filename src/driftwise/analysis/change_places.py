@@ -12,8 +12,8 @@ import numpy as np
 
 from ..models.filtering import linear_filter
 from .noise_jumps import LEAST
-from .response import Response, huber
-from .response_record import delayed, long_run, long_run_of
+from .response import Response
+from .response_record import delayed, huber, long_run, long_run_of
 
 EDGE = 8  # part of a short record at its ends, in which no change is looked for; of others `LEAST` samples
 APART = 10  # samples between two changes

@@ -10,6 +10,7 @@ import numpy as np
 from ..models.quantities import NORMAL_95
 from ..results.stable import is_endless, swings
 from .response import Response
+from .response_covariance import covariance, without_end
 from .response_orders import raised
 from .segmentation import Hindsight
 from .step_response import DRAWS, StepResponse, answers, poles, step_responses
@@ -98,10 +99,10 @@ def of_response(found: Hindsight) -> Effects:
     error = float(np.sqrt(np.mean(now.spread**2))) * found.y_scale
     if not k:
         return Effects((), None, error, True)
-    P = now.covariance()
+    P = covariance(now)
     if not np.isfinite(P).all():
         return Effects((UNKNOWN,) * k, None, error, True)
-    endless = now.endless(P)
+    endless = without_end(now, P)
     own = len(now.a) + now.b.size
     drawn = now.theta[:own] + np.vstack([np.zeros(own), deviations(P[:own, :own], DRAWS)])
     a, b = polynomials(now, drawn)
@@ -194,7 +195,7 @@ def may_bend(now: Response, i: int) -> bool:
     other = now.with_bend(i).refined(2)
     shapes, at = now.record.shapes[i], other.placed()["bends"]
     own = slice(len(now.a) + now.b.size + at.stop - len(shapes), len(now.a) + now.b.size + at.stop)
-    P = other.covariance()[own, own]
+    P = covariance(other)[own, own]
     if not np.isfinite(P).all():
         return True
     draws = other.theta[own] + deviations(P, DRAWS // 4)

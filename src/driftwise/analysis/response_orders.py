@@ -26,7 +26,8 @@ def plainest(record: Record) -> Response:
     columns = np.array([np.ones(T), np.arange(T) / T - 0.5])
     used = np.isfinite(record.y)
     return Response(
-        record, np.zeros(0), np.zeros((k, 0)), (0,) * k, columns, np.zeros(2), np.zeros(0), np.ones(T), used
+        record=record, a=np.zeros(0), b=np.zeros((k, 0)), nk=(0,) * k, columns=columns, more=np.zeros(2),
+        f=np.zeros(0), sigma=np.ones(T), used=used,
     )  # fmt: skip
 
 

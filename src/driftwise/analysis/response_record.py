@@ -128,6 +128,13 @@ def autoregression(v, most: int) -> np.ndarray:
     return -f[best, : best + 1] if value[best] < math.log(power / len(y) + 1e-300) * len(y) else np.zeros(0)
 
 
+def huber(r) -> float:
+    """Return Huber's loss of what is left."""
+    r = np.minimum(abs(r), 1e6)
+    near = np.minimum(r, HUBER)
+    return float(np.sum(near * (r - 0.5 * near)))
+
+
 def long_run(s) -> float:
     """Return the long-run variance of a series, not below its variance (Newey and West, 1987)."""
     n = len(s)

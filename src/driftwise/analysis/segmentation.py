@@ -12,6 +12,7 @@ from .change_places import GAIN, LEVEL, part_of, standing
 from .change_search import searched
 from .noise_jumps import LEAST, SURE, noises
 from .response import Response
+from .response_covariance import covariance, without_end
 from .response_record import long_run, recorded
 
 EDGE, BESIDE = 6, 5.0  # part of a record that is its edge; log odds that chance may take
@@ -54,7 +55,7 @@ class Hindsight(NamedTuple):
     def jumps(self) -> list[Jump]:
         """Return what jumped, in order of time."""
         now, found = self.response, []
-        T, endless = len(now.used), now.endless(now.covariance()) if now.gains else []
+        T, endless = len(now.used), without_end(now, covariance(now)) if now.gains else []
         for j, since in enumerate(now.levels):
             where = standing(now, "levels", j)
             size = float(now.more[now.placed()["levels"].start + j]) * self.y_scale

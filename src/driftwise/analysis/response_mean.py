@@ -1,0 +1,203 @@
+"""What inputs do to an output beside what moves by itself: the mean of a response, and its slopes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+from itertools import accumulate, pairwise, starmap
+from typing import Self
+
+import numpy as np
+
+from ..models.filtering import linear_filter
+from .copies import Copies, copies
+from .response_record import Record, delayed
+
+PARTS = "bends", "gains", "shifts", "ramps", "start", "columns", "levels"  # of the numbers beside A and B, in order
+KEPT = "placed", "rows", "bridge", "gaps", "mixing", "deviations"  # of what is known, by others of its parts and noise
+INNER = "shifts", "start"  # parts of the mean that pass through 1/A without an input
+EDGE = 0.9998  # of a pole, at most
+RINGS = 8.0  # time constants of a pair that a record must hold
+
+
+def dies_out(a: list[float], edge: float) -> bool:
+    """Say whether no pole of 1, a1, .. reaches ``edge`` (reflections, by Schur's recursion)."""
+    a = [1.0, *(value / edge**j for j, value in enumerate(a, 1))]
+    while len(a) > 1:
+        if not abs(a[-1]) < abs(a[0]):
+            return False
+        a = [a[0] * ahead - a[-1] * back for ahead, back in zip(a[:-1], a[:0:-1])]
+    return True
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mean:
+    """What y is without noise: sum B_i/A (factor_i(t) w_i) + level(t), with w_i = u_i + bends.
+
+    Attributes
+    ----------
+    a, b : (n,), (k, m) coefficients of A and B, the latter from lag ``nk`` on
+    bent : inputs whose bends are estimated
+    gains : (input, first sample) of each gain that changed
+    ramps : inputs whose gain moves along a straight line
+    levels : the first sample of each step of the level
+    columns : (m, T) what else moves the level: a constant, a trend, a season
+    more : numbers of bends, gains, shifts (what the level moved with a gain, which turns about
+        an unknown point), ramps, start (the plant at the first sample), columns, levels
+    """
+
+    record: Record
+    a: np.ndarray
+    b: np.ndarray
+    nk: tuple[int, ...]
+    columns: np.ndarray
+    more: np.ndarray
+    bent: tuple[int, ...] = ()
+    gains: tuple[tuple[int, int], ...] = ()
+    levels: tuple[int, ...] = ()
+    ramps: tuple[int, ...] = ()
+    cache: dict = field(default_factory=dict, compare=False, repr=False)
+
+    @property
+    def theta(self) -> np.ndarray:
+        """All parameters of the mean, in one row."""
+        return np.concatenate([self.a, self.b.ravel(), self.more])
+
+    def at(self, theta) -> Self:
+        """Return the same with other parameters."""
+        n, m = len(self.a), self.b.size
+        kept = {name: self.cache[name] for name in KEPT if name in self.cache}
+        return replace(self, a=theta[:n], b=theta[n : n + m].reshape(self.b.shape), more=theta[n + m :], cache=kept)
+
+    @property
+    def is_stable(self) -> bool:
+        """Whether what the inputs did dies out: no pole reaches EDGE.
+
+        A pair has to do so within the record: one that swings all along is a disturbance, to be told as one.
+        """
+        if not dies_out(self.a.tolist(), EDGE):
+            return False
+        most = 1 - RINGS / len(self.record.y)
+        if len(self.a) < 2 or dies_out(self.a.tolist(), most):  # no pole is out there, so no pair is
+            return True
+        if len(self.a) == 2:
+            return not (self.a[0] ** 2 < 4 * self.a[1] and self.a[1] > most**2)
+        poles = np.roots(self.denominator)
+        return not np.any(abs(poles[abs(poles.imag) > 1e-9]) > most)
+
+    @property
+    def parts(self) -> tuple:
+        """What changes, bends or swings in it."""
+        return self.bent, self.gains, self.levels, self.ramps, len(self.columns)
+
+    def placed(self) -> dict[str, slice]:
+        """Return where the parts of ``more`` are."""
+        if "placed" not in self.cache:
+            bends = sum(len(self.record.shapes[i]) for i in self.bent)
+            many = [bends, len(self.gains), len(self.gains), len(self.ramps), len(self.a)]
+            ends = list(accumulate([0, *many, len(self.columns), len(self.levels)]))
+            self.cache["placed"] = dict(zip(PARTS, starmap(slice, pairwise(ends))))
+        return self.cache["placed"]
+
+    def factor(self, i: int) -> np.ndarray:
+        """Return what the gain of an input is multiplied by, (T,)."""
+        T, at = len(self.record.y), self.placed()
+        found, t = np.ones(T), np.arange(T)
+        for (which, since), value in zip(self.gains, self.more[at["gains"]]):
+            if which == i:
+                found += value * (t >= since)
+        for which, value in zip(self.ramps, self.more[at["ramps"]]):
+            if which == i:
+                found += value * (t / T - 1)  # one at the end
+        return found
+
+    def bend(self, i: int) -> np.ndarray:
+        """Return the coefficients of the shapes of an input."""
+        values, first = self.more[self.placed()["bends"]], 0
+        for j in self.bent:
+            size = len(self.record.shapes[j])
+            if j == i:
+                return values[first : first + size]
+            first += size
+        return np.zeros(0)
+
+    # --- the mean and its slopes -------------------------------------------------------------------------------
+
+    def driven(self, i: int, x) -> np.ndarray:
+        """Return B_i of a signal, its delay included, before A."""
+        return np.convolve(self.numerator(i), x)[: len(x)]
+
+    @property
+    def drives(self) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+        """Each input with its bends, what B makes of it, and the factor of its gain."""
+        if "drives" not in self.cache:
+            w = [self.moved(i) for i in range(len(self.b))]
+            self.cache["drives"] = [(x, self.driven(i, x), self.factor(i)) for i, x in enumerate(w)]
+        return self.cache["drives"]
+
+    def numerator(self, i: int) -> np.ndarray:
+        """Return B of an input with its delay."""
+        return np.concatenate([np.zeros(self.nk[i]), self.b[i]])
+
+    @property
+    def denominator(self) -> np.ndarray:
+        """1, a1, .."""
+        return np.append(1.0, self.a)
+
+    def moved(self, i: int) -> np.ndarray:
+        """Return an input with its bends."""
+        u = self.record.u[:, i]
+        return u + self.bend(i) @ self.record.shapes[i] if i in self.bent else u
+
+    def before(self) -> Copies:
+        """Return what passes through 1/A for each number of B and of ``more`` up to the start, (T,) each."""
+        T, drives = len(self.record.y), self.drives
+        t, moving = np.arange(T), {*(i for i, _ in self.gains), *self.ramps}
+        found: list[tuple[np.ndarray, Iterable[int]]] = []
+        for i, ((w, _, factor), d) in enumerate(zip(drives, self.nk)):
+            lags = range(d, d + self.b.shape[1])
+            found += [(factor * delayed(w, lag), (0,)) for lag in lags] if i in moving else [(w, lags)]
+        found += [(drives[i][2] * self.driven(i, shape), (0,)) for i in self.bent for shape in self.record.shapes[i]]
+        found += [(drives[i][1] * (t >= since), (0,)) for i, since in self.gains]
+        found += [((t >= since).astype(float), (0,)) for _, since in self.gains]
+        found += [(drives[i][1] * (t / T - 1), (0,)) for i in self.ramps]
+        return copies([*found, (np.eye(1, T)[0], range(len(self.a)))])
+
+    def slopes(self) -> tuple[Copies, np.ndarray]:
+        """Return the mean's derivative by each parameter, and the mean itself, (T,)."""
+        if "slopes" in self.cache:
+            return self.cache["slopes"]
+        T, A, before = len(self.record.y), self.denominator, self.before()
+        whole = sum((factor * m for _, m, factor in self.drives), np.zeros(T))
+        inner, *after = linear_filter([1.0], A, np.vstack([whole, before.signals]).T).T
+        at, first, level = self.placed(), self.b.size, self.beside
+        for part in (at[name] for name in INNER):
+            for value, (k, late) in zip(self.more[part], before.places[first + part.start : first + part.stop]):
+                inner[late:] += value * after[k][: T - late]
+        again = linear_filter([1.0], A, inner)
+        places = [(0, j) for j in range(1, len(self.a) + 1)] + [(1 + k, late) for k, late in before.places]
+        places += [(1 + len(after) + j, 0) for j in range(len(level))]
+        slopes = Copies(np.vstack([-again, *after, level]), tuple(places))
+        self.cache["slopes"] = slopes, inner + self.more[at["columns"].start :] @ level
+        return self.cache["slopes"]
+
+    @property
+    def beside(self) -> np.ndarray:
+        """What moves the level by itself, (m, T): columns and steps."""
+        t = np.arange(len(self.record.y))
+        return np.vstack([self.columns, *((t >= since).astype(float) for since in self.levels)])
+
+    @property
+    def mean(self) -> np.ndarray:
+        """What y is without noise, (T,)."""
+        if "slopes" in self.cache:
+            return self.cache["slopes"][1]
+        if "mean" not in self.cache:
+            T, at = len(self.record.y), self.placed()
+            x = sum((factor * m for _, m, factor in self.drives), np.zeros(T))
+            for (_, since), shift in zip(self.gains, self.more[at["shifts"]]):
+                x[since:] += shift
+            x[: len(self.a)] += self.more[at["start"]]
+            self.cache["mean"] = linear_filter([1.0], self.denominator, x)
+            self.cache["mean"] += self.more[at["columns"].start :] @ self.beside
+        return self.cache["mean"]

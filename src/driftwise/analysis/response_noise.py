@@ -1,0 +1,147 @@
+"""A response as a regression with white noise: what it leaves of the samples that count, and its slopes there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..models.filtering import linear_filter
+from .interrupted_noise import Gaps, gaps
+from .response_mean import Mean
+from .response_record import HUBER, huber
+from .scattered_noise import Bridge, bridge
+
+
+@dataclass(frozen=True, kw_only=True)
+class Whitened(Mean):
+    """A mean beside coloured noise e/F.
+
+    Attributes
+    ----------
+    f : (p,) of the noise; sigma : (T,) its deviation
+    used : (T,) samples that are measured and no outliers
+    """
+
+    f: np.ndarray
+    sigma: np.ndarray
+    used: np.ndarray
+
+    @property
+    def rows(self) -> np.ndarray:
+        """The samples that count: used, and not the first ones, by which the noise is whitened."""
+        if "rows" not in self.cache:
+            clear = self.used.copy()
+            for j in range(1, len(self.f) + 1 if not self.record.is_scattered else 1):
+                clear[j:] &= self.used[:-j]
+                clear[:j] = False
+            if self.gaps is not None:
+                clear[self.gaps.at] = True
+            clear[: max(max(self.nk, default=0) + self.b.shape[1] - 1, 0)] = False  # driven by inputs before the record
+            self.cache["rows"] = np.flatnonzero(clear)
+        return self.cache["rows"]
+
+    @property
+    def bridge(self) -> Bridge | None:
+        """How noise is whitened by the sample before, however long ago that was; None where most follow another."""
+        if not (self.record.is_scattered and len(self.f)):
+            return None
+        if "bridge" not in self.cache:
+            self.cache["bridge"] = bridge(-float(self.f[0]), float(self.f[1:].sum()), self.rows)
+        return self.cache["bridge"]
+
+    @property
+    def deviations(self) -> np.ndarray:
+        """The deviation of the white noise at the rows that count."""
+        if "deviations" not in self.cache:
+            self.cache["deviations"] = self.sigma[self.rows]
+        return self.cache["deviations"]
+
+    @property
+    def gaps(self) -> Gaps | None:
+        """How noise is whitened after samples that are missing among others; None where none is."""
+        if "gaps" not in self.cache:
+            is_whole = self.record.is_scattered or not len(self.f)
+            self.cache["gaps"] = None if is_whole else gaps(self.f, self.used)
+        return self.cache["gaps"]
+
+    @property
+    def mixing(self) -> tuple[np.ndarray, Any] | None:
+        """Which rows come after gaps, and what makes innovations there of signals that went through `white`."""
+        if self.gaps is None:
+            return None
+        if "mixing" not in self.cache:
+            _, after, kept = np.intersect1d(self.rows, self.gaps.at, assume_unique=True, return_indices=True)
+            self.cache["mixing"] = after, self.gaps.mixing(kept, len(self.used), self.sigma)
+        return self.cache["mixing"]
+
+    @property
+    def spread(self) -> np.ndarray:
+        """The deviation of what the past leaves open of y, at the rows that count."""
+        if self.gaps is None:
+            return self.deviations * (1.0 if self.bridge is None else self.bridge.size)
+        size = np.ones(len(self.used))
+        size[self.gaps.at] = self.gaps.size
+        return self.deviations * size[self.rows]
+
+    @property
+    def white(self) -> np.ndarray:
+        """The polynomial that whitens samples which follow each other, 1, f1, ..; 1 beside a `bridge`."""
+        return np.append(1.0, [] if self.record.is_scattered else self.f)
+
+    @property
+    def needed(self) -> np.ndarray:
+        """The samples at which signals through `white` are asked for: where gaps are, those before rows as well."""
+        return self.rows if self.mixing is None else np.arange(len(self.used))
+
+    def scaled(self, x) -> np.ndarray:
+        """Return what went through `white`, at the samples needed, as rows that count in deviations of white noise."""
+        if self.mixing is not None:
+            after, mixing = self.mixing
+            found = x[..., self.rows] / self.deviations
+            found[..., after] = (mixing @ x.T).T
+            return found
+        found = x / self.deviations
+        return found if self.bridge is None else self.bridge.whitened(found)
+
+    def whitened(self, x) -> np.ndarray:
+        """Return signals (.., T) at the rows that count, in deviations of white noise."""
+        return self.scaled(linear_filter(self.white, [1.0], x.T).T[..., self.needed])
+
+    @property
+    def left(self) -> np.ndarray:
+        """What the mean leaves of y there."""
+        if "left" not in self.cache:
+            self.cache["left"] = self.whitened(np.where(self.used, self.record.y - self.mean, 0.0))
+        return self.cache["left"]
+
+    @property
+    def weight(self) -> np.ndarray:
+        """Huber's, as roots."""
+        if "weight" not in self.cache:
+            self.cache["weight"] = np.sqrt(np.minimum(1.0, HUBER / np.maximum(abs(self.left), 1e-300)))
+        return self.cache["weight"]
+
+    def jacobian(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the slopes there, (rows, P), weighted, in units of their own sizes, and these."""
+        J = self.scaled(self.slopes()[0].filtered(self.white, [1.0]).at(self.needed)).T
+        J *= self.weight[:, None]
+        size = np.sqrt(np.einsum("ij,ij->j", J, J))
+        size = np.where(size > 0, size, 1.0)
+        J /= size
+        return J, size
+
+    @property
+    def basis(self) -> np.ndarray:
+        """An orthonormal basis of what the parameters can do there, (rows, P)."""
+        if "basis" not in self.cache:
+            Q, R = np.linalg.qr(self.jacobian()[0])
+            self.cache["basis"] = Q[:, abs(np.diag(R)) > 1e-7]
+        return self.cache["basis"]
+
+    def loss(self) -> float:
+        """Return Huber's loss of what is left."""
+        if "loss" not in self.cache:
+            self.cache["loss"] = huber(self.left)
+        return self.cache["loss"]
