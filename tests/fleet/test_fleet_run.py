@@ -227,21 +227,6 @@ def test_results_neither_among_the_data_nor_of_two_at_once(path, tmp_path):
     run(path, tmp_path / "out", progress=other, batch=2000)
 
 
-def test_a_folder_is_free_after_its_run_though_a_child_still_holds_its_files(path, tmp_path, monkeypatch):
-    real, copies = os.open, []
-
-    def keeps(*args, **options):
-        copies.append(os.dup(number := real(*args, **options)))
-        return number
-
-    monkeypatch.setattr(os, "open", keeps)
-    run(path, tmp_path / "out")
-    monkeypatch.undo()
-    assert copies and run(path, tmp_path / "out", resume=True).is_finished
-    for copy in copies:
-        os.close(copy)
-
-
 @pytest.mark.parametrize("key", [int, str])
 def test_a_table_without_a_clock_and_with_rows_of_nobody(key, tmp_path):
     table = data()

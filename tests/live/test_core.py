@@ -1,7 +1,6 @@
 """The core of the service: the bits of a fleet, whatever is lost between two commits."""
 
 import json
-import os
 
 import numpy as np
 import pytest
@@ -126,13 +125,16 @@ def test_half_a_character_is_refused(tmp_path):
     json.dumps(core.reasons, ensure_ascii=False).encode()
 
 
-def test_a_store_that_was_closed_is_free_at_once(tmp_path):
-    """Also where a process that is just being started holds a copy of every open file."""
+def test_a_store_that_cannot_be_opened_is_left_free(tmp_path):
+    (tmp_path / "live.sqlite").write_bytes(b"no store " * 500)
+    with pytest.raises(InputError, match="is no store"):
+        SqliteStore(tmp_path)
+    (tmp_path / "live.sqlite").unlink()
     first = SqliteStore(tmp_path)
-    copy = os.dup(first._lock)
+    with pytest.raises(InputError, match="another service runs on the store"):
+        SqliteStore(tmp_path)
     first.close()
     SqliteStore(tmp_path).close()
-    os.close(copy)
 
 
 @pytest.mark.parametrize("damage", [b"", b"no store " * 500, "half", "flipped"])

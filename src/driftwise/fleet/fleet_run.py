@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 
 from driftwise.engine import validation
+from driftwise.engine.alone import alone
 from driftwise.engine.errors import InputError
 from driftwise.fleet import store
 from driftwise.fleet.final import final
@@ -62,7 +62,7 @@ def run_fleet(job: FleetJob, go: Callable[[FleetRun, Dataset], None] | None = No
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"the folder {folder} cannot be made: {error.strerror or error}") from None
-    with _alone(folder):
+    with alone(folder, f"another process is running in {folder}: wait for it, or give another folder"):
         sweep(folder)
         kept = _kept(job)
         threads = job.threads
@@ -185,24 +185,3 @@ def _apart(data, folder: Path) -> None:
         and folder.resolve().is_relative_to(Path(data).resolve())
     ):
         raise InputError(f"the results would lie among the data, {folder} in {data}: give a folder beside it")
-
-
-@contextmanager
-def _alone(folder: Path) -> Iterator[None]:
-    """Refuse a folder in which another process is running; systems without locks of files trust their users."""
-    try:
-        import fcntl
-    except ImportError:
-        yield
-        return
-    number = os.open(folder, os.O_RDONLY)
-    try:
-        fcntl.flock(number, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        os.close(number)
-        raise InputError(f"another process is running in {folder}: wait for it, or give another folder") from None
-    try:
-        yield
-    finally:
-        fcntl.flock(number, fcntl.LOCK_UN)  # a process that was started meanwhile may still hold a copy
-        os.close(number)

@@ -5,10 +5,11 @@ from __future__ import annotations
 import os
 import sqlite3
 from collections.abc import Iterator
-from contextlib import closing, contextmanager, suppress
+from contextlib import ExitStack, closing, contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
+from ...engine.alone import alone
 from ...engine.errors import InputError
 from .base import StoreFull
 from .sql import TABLES, VERSION, SqlStore, facts
@@ -25,21 +26,15 @@ class SqliteStore(SqlStore):
     """
 
     def __init__(self, folder: str | Path, is_safe: bool = False):
+        self.path = Path(folder) / NAME
         try:
             Path(folder).mkdir(parents=True, exist_ok=True)
-            self.path = Path(folder) / NAME
-            self._lock = _alone(Path(folder))
-            self.base = sqlite3.connect(self.path, isolation_level=None, check_same_thread=False, timeout=1.0)
-            self.base.execute("PRAGMA journal_mode = WAL")
-            self.base.execute(f"PRAGMA synchronous = {'FULL' if is_safe else 'NORMAL'}")
-            self.base.execute(f"PRAGMA wal_autocheckpoint = {PAGES}")
-            found = self.base.execute("PRAGMA user_version").fetchone()[0]
-            if found > VERSION:
-                raise InputError(f"{self.path} was written by a later version ({found}, this one knows {VERSION})")
-            self.base.executescript(
-                "BEGIN;" + TABLES.format(blob="BLOB", serial="INTEGER PRIMARY KEY AUTOINCREMENT") + ";COMMIT"
-            )
-            self.base.execute(f"PRAGMA user_version = {VERSION}")
+            with ExitStack() as opened:
+                opened.enter_context(alone(folder, f"another service runs on the store in {folder}"))
+                self.base = sqlite3.connect(self.path, isolation_level=None, check_same_thread=False, timeout=1.0)
+                opened.enter_context(closing(self.base))
+                self._prepare(is_safe)
+                self._opened = opened.pop_all()
         except sqlite3.OperationalError as error:
             why = "another process has it" if "locked" in str(error) else str(error)
             raise InputError(f"the store in {folder} cannot be opened: {why}") from None
@@ -47,6 +42,19 @@ class SqliteStore(SqlStore):
             raise InputError(f"{folder}/{NAME} is no store: {error}") from None
         except OSError as error:
             raise InputError(f"the store in {folder} cannot be made: {error.strerror or error}") from None
+
+    def _prepare(self, is_safe: bool) -> None:
+        """Make tables that are not there, unless a later version made them."""
+        self.base.execute("PRAGMA journal_mode = WAL")
+        self.base.execute(f"PRAGMA synchronous = {'FULL' if is_safe else 'NORMAL'}")
+        self.base.execute(f"PRAGMA wal_autocheckpoint = {PAGES}")
+        found = self.base.execute("PRAGMA user_version").fetchone()[0]
+        if found > VERSION:
+            raise InputError(f"{self.path} was written by a later version ({found}, this one knows {VERSION})")
+        self.base.executescript(
+            "BEGIN;" + TABLES.format(blob="BLOB", serial="INTEGER PRIMARY KEY AUTOINCREMENT") + ";COMMIT"
+        )
+        self.base.execute(f"PRAGMA user_version = {VERSION}")
 
     @contextmanager
     def transaction(self) -> Iterator[None]:
@@ -81,26 +89,7 @@ class SqliteStore(SqlStore):
             beside.execute("PRAGMA wal_checkpoint(PASSIVE)")  # waits for nobody; what it cannot do is done next time
 
     def close(self) -> None:
-        self.base.close()
-        with suppress(ImportError):
-            import fcntl
-
-            fcntl.flock(self._lock, fcntl.LOCK_UN)  # a process that is just being started may still hold a copy
-        os.close(self._lock)
-
-
-def _alone(folder: Path) -> int:
-    """Return the lock of a folder, a file that is open; systems without such locks trust their users."""
-    number = os.open(folder / ".lock", os.O_RDWR | os.O_CREAT, 0o600)
-    with suppress(ImportError):
-        import fcntl
-
-        try:
-            fcntl.flock(number, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            os.close(number)
-            raise InputError(f"another service runs on the store in {folder}") from None
-    return number
+        self._opened.close()
 
 
 def counted(folder: str | Path) -> list[str]:
