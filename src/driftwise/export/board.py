@@ -53,8 +53,13 @@ class Cost:
         return f"| {self.board} | {self.code} | {self.ram} | {self.stack} | {instructions or '- | -'} |"
 
 
-def measure(source: Any, folder, board: Board, samples: int = 1000, main: str | None = None) -> Cost:
-    """Return what NAME.c of a folder costs; where QEMU is, it runs so many samples, or another ``main``."""
+def measure(
+    source: Any, folder, board: Board, samples: int = 1000, main: str | None = None, also: tuple[str, ...] = ()
+) -> Cost:
+    """Return what NAME.c of a folder costs; where QEMU is, it runs so many samples, or another ``main``.
+
+    ``also`` are further files and words of the linker's.
+    """
     if shutil.which(GCC) is None:
         raise InputError(f"{GCC} is not installed: code, stack and instructions are not known")
     name, place = source.name, Path(folder)
@@ -73,7 +78,7 @@ def measure(source: Any, folder, board: Board, samples: int = 1000, main: str | 
     (work / "board.ld").write_text(SCRIPT)
     image = work / "board.elf"
     link = ["--specs=rdimon.specs", "-T", str(work / "board.ld"), "-Wl,--gc-sections"]
-    files = [str(work / "main.c"), str(work / "board.c"), str(made)]
+    files = [str(work / "main.c"), str(work / "board.c"), str(made), *also]
     _run([*command, "-DON_BOARD", f"-I{place}", *link, *files, "-lm", "-o", str(image)])
     cost.output = _run(
         [QEMU, "-M", board.machine, "-nographic", "-monitor", "none", "-serial", "none", "-icount", "shift=0",
