@@ -226,3 +226,24 @@ def test_a_short_record_has_short_ends_in_which_nothing_is_told():
     y, u = plant(samples=110, level=1.0, at=20)
     (jump,) = found(y, u)
     assert jump.kind == LEVEL and abs(jump.at - 20) < 3
+
+
+def resting(at: int, seed: int, level=0.0):
+    """Return y, u of a plant whose gain doubles, and 14 samples before whose level jumps; u rests from 600 to 639."""
+    rng = np.random.default_rng(seed)
+    u = np.repeat(rng.choice([-1.5, 0.0, 1.0, 1.5], 60), 20)
+    u[580:660] = np.repeat([1.0, 0.0, 0.0, 1.0], 20)
+    x = lfilter([0.0, 0.12], [1, -0.88], u * np.where(np.arange(1200) >= at, 2.0, 1.0))
+    return 5 + x + level * (np.arange(1200) >= at - 14) + 0.15 * rng.standard_normal(1200), u[:, None]
+
+
+def test_a_gain_that_changed_while_its_input_rested_is_dated_in_the_middle_of_the_rest():
+    (jump,) = found(*resting(620, 1))
+    assert jump.kind == GAIN and abs(jump.at - 620) < 12 and jump.interval[0] <= 612 and jump.interval[1] >= 630
+
+
+@pytest.mark.parametrize("seed", [2, 3])
+def test_a_gain_just_after_a_level_is_told_beside_it_where_it_was(seed):
+    told = {jump.kind: jump for jump in found(*resting(654, seed, level=-1.2))}
+    assert {LEVEL, GAIN} == set(told)
+    assert abs(told[LEVEL].at - 640) < 3 and abs(told[GAIN].at - 654) < 10

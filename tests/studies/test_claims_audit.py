@@ -65,17 +65,47 @@ def test_odds_of_a_change_grow_with_it(what, large, small):
 
 
 def test_the_odds_of_a_level_are_those_of_its_likelihood():
-    """Equation noise whitened by A: half the squares of what the jump leaves there, beside the other regressors."""
+    """Equation noise whitened by A: what the jump takes off half the squares there, beside the other regressors."""
     plant = jumping("level", 0.5)
     data = record(plant, 2)
     y, u = data.y, data.u
     step = (np.arange(len(y)) >= 600).astype(float)
-    moved = 0.5 * data.unit * (step[2:] - 0.8 * step[1:-1])
     clean = (data.clean - 5.0 - 0.5 * data.unit * step)[1:-1]
-    others = np.column_stack([clean, u[1:-1, 0], np.ones(len(moved))])
-    rest = moved - others @ np.linalg.lstsq(others, moved, rcond=None)[0]
-    expected = 0.5 * rest @ rest / data.sigma[0] ** 2 - 0.5 * np.log(len(y))
+    others = np.column_stack([clean, u[1:-1, 0], np.ones(len(clean))])
+    target = y[2:] - 0.8 * y[1:-1]
+    taken = squares(others, target) - squares(np.column_stack([others, step[2:] - 0.8 * step[1:-1]]), target)
+    expected = 0.5 * taken / data.sigma[0] ** 2 - 0.5 * np.log(len(y))
     assert ask(plant, data).log_odds[0] == pytest.approx(expected, rel=0.03)
+
+
+def squares(X, y) -> float:
+    left = y - X @ np.linalg.lstsq(X, y, rcond=None)[0]
+    return float(left @ left)
+
+
+@pytest.mark.parametrize(("size", "louder"), [(1.2, 1.0), (0.8, 1.0), (2.0, 3.0), (0.5, 1 / 3)])
+def test_the_odds_of_a_gain_are_those_of_two_regressions(size, louder):
+    """An ARX with and without a coefficient that changes, and a level that moves with it; also where noise jumps."""
+    plant = replace(PLAIN, jumps=(Jump("gain", 600, size), Jump("noise", 500, louder)))
+    data = record(plant, 3)
+    psi, target = regressors(data.y, data.u)
+    after, weight = np.arange(2, 1200) >= 600, 1 / data.sigma[2:, None]
+    psi, target, number = psi * weight, target * weight[:, 0], 0.5 * np.log(1200)
+    level, both = (np.column_stack([psi, psi[:, which] * after[:, None]]) for which in ([2], [1, 2]))
+    one, two, three = (0.5 * squares(X, target) for X in (psi, level, both))
+    known = ask(plant, data)
+    assert known.log_odds[0] == pytest.approx(one - three - 2 * number, rel=0.05, abs=0.5)
+    assert known.named_odds[0] == pytest.approx(two - three - number, rel=0.05, abs=0.5)
+
+
+def test_the_odds_of_a_noise_are_those_of_its_innovations():
+    plant = jumping("noise", 1.3)
+    data = record(plant, 3)
+    psi, target = regressors(data.y, data.u)
+    e = target - psi @ np.array([-0.8, 0.6, 1.0])
+    log = [len(part) * np.log(np.mean(part**2)) for part in (e, e[:598], e[598:])]
+    expected = 0.5 * (log[0] - log[1] - log[2]) - 0.5 * np.log(600)
+    assert ask(plant, data).log_odds[0] == pytest.approx(expected, abs=0.3)
 
 
 def test_a_noise_below_the_rounding_jumps_for_nobody():

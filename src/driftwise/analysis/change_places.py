@@ -18,6 +18,7 @@ from .response_record import delayed, huber, long_run, long_run_of
 EDGE = 8  # part of a short record at its ends, in which no change is looked for; of others `LEAST` samples
 APART = 10  # samples between two changes
 PLACES, NEAR = 64, 64  # at which a change is looked for, and about the likeliest of them
+LIKELY = 10.0  # nats from the likeliest place within which others are looked at as closely
 ROUND_OFF = 1e-9  # of what a change takes
 LEVEL, GAIN = "level", "gain"
 NUMBERS = {LEVEL: 1, GAIN: 2}  # of a change: a gain has the point about which it turns
@@ -29,6 +30,7 @@ class Place(NamedTuple):
     taken, calm : what it takes off half the squares, and by how much such a sum is too large (the log odds count it)
     whole : the log odds that anything changed there: of a gain, with what the level moves beside it
     slow : the log odds against what is slower than a change; beside a shock of a sample they may be less
+    middle : the sample before and after which it is as likely
     """
 
     at: int
@@ -38,6 +40,7 @@ class Place(NamedTuple):
     calm: float
     whole: float
     slow: float
+    middle: int
 
 
 def effects(now: Response, kind: str, i: int, places) -> list[np.ndarray]:
@@ -193,9 +196,9 @@ def place(now: Response, kind: str, i: int, r, hint: int = -1) -> Place | None:
     scanned = scanner(now, kind, i, r)
     taken = scanned(grid)
     best = int(np.argmax(taken))
-    a, b = grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]
-    fine = seen[(seen >= a) & (seen <= b)]
-    fine = apart(fine[:: max(len(fine) // NEAR, 1)], others)
+    likely = np.flatnonzero(taken > taken[best] - LIKELY)
+    looks = [between(seen, grid, *ends) for ends in ((best, best), (likely[0], likely[-1]))]
+    fine = apart(np.unique(np.concatenate([*looks, grid[best : best + 1]])), others)
     finer = scanned(fine)
     most = float(finer.max())
     if not most > 0:
@@ -204,19 +207,28 @@ def place(now: Response, kind: str, i: int, r, hint: int = -1) -> Place | None:
     d, own = part_of(now, kind, i, int(fine[at]), r)
     calm = max(long_run(d * (r - d)) / max(float(np.mean(d**2)), 1e-300), 1.0)
     lone = 0.5 * float(r[int(np.argmax(abs(d)))] ** 2)  # what a shock of one sample would explain
-    gain = np.concatenate([taken[grid < a], finer, taken[grid > b]]) / calm
-    where = np.concatenate([grid[grid < a], fine, grid[grid > b]])
+    beside = (grid < fine[0]) | (grid > fine[-1])
+    where = np.concatenate([grid[beside], fine])
+    order = np.argsort(where)
+    where, gain = where[order], np.concatenate([taken[beside], finer])[order] / calm
     width = np.gradient(np.searchsorted(seen, where).astype(float)) if len(where) > 1 else np.ones(1)
     weight = width * np.exp(gain - gain.max())
     total = np.cumsum(weight) / weight.sum()
-    ends = [int(where[min(int(np.searchsorted(total, q)), len(where) - 1)]) for q in (0.025, 0.975)]
+    first, middle, last = (int(where[min(int(np.searchsorted(total, q)), len(where) - 1)]) for q in (0.025, 0.5, 0.975))
     whole = float(gain.max()) + math.log(weight.sum() / len(seen)) - NUMBERS[kind] * 0.5 * math.log(n)
     odds, tried = whole, math.log(2 + len(now.b))
     if kind == GAIN:  # what the level moves with it is no evidence that the gain did
         odds = min(odds, float(0.5 * share(own @ r, own @ own, n) * (own @ r)) / calm - 0.5 * math.log(n))
     slow, odds = odds - tried, min(odds, (float(finer[at]) - lone) / calm) - tried
     date = min(max(int(fine[at]), low), high)
-    return Place(date, (ends[0], ends[1]), odds, float(finer[at]), calm, whole - tried, slow)
+    return Place(date, (first, last), odds, float(finer[at]), calm, whole - tried, slow, middle)
+
+
+def between(seen, grid, first: int, last: int) -> np.ndarray:
+    """Return `NEAR` of the samples seen from one place of a grid before two of them to one after."""
+    a, b = grid[max(first - 1, 0)], grid[min(last + 1, len(grid) - 1)]
+    found = seen[(seen >= a) & (seen <= b)]
+    return found[:: max(len(found) // NEAR, 1)]
 
 
 def apart(places, others) -> np.ndarray:

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from .change_places import GAIN, LEVEL, Place, colourless, located, place, share, standing, worth
+from .change_places import GAIN, LEVEL, NEAR, Place, colourless, located, place, share, standing, worth
 from .noise_jumps import LEAST, PIECES, SURE, noisy
 from .response import Response
-from .response_orders import respond, stripped
+from .response_orders import cleaned, respond, stripped
 from .response_record import HUBER, local_size
 
 HOPE = 3.0  # log odds from which a change is tried
+FINER = 3  # times that the date of a change beside another is sharpened
 STEPS = 4  # by which the frequency of a line is sharpened
 EVEN = 6.0  # of the criterion: of changes no further apart, the surest is taken
 REACH, ONSETS = 5, 3  # samples by which a level before and after is compared; steps that are tried by these
@@ -77,11 +79,48 @@ def pruned(now: Response) -> Response:
             now = now.without(*weakest[:2]).settled(1)
     for part, j, where in found:
         now = dated(now, part, j, where.at)
+        if any(near(now, part, j)):
+            now = sharpened(now, part, j, where.interval)
+    return now
+
+
+def redated(now: Response, part: str, j: int) -> Response:
+    """Return a response whose changes about one of them are where they are likeliest beside it."""
+    for other, k in near(now, part, j):
+        if where := located(now, other, k):
+            now = dated(now, other, k, where.at)
+    return now
+
+
+def near(now: Response, part: str, j: int) -> Iterator[tuple[str, int]]:
+    """Yield the changes that are less than `NEAR` samples from one of them."""
+    for other in ("levels", "gains"):
+        for k in range(len(getattr(now, other))):
+            if (other, k) != (part, j) and abs(date(now, other, k) - date(now, part, j)) < NEAR:
+                yield other, k
+
+
+def date(now: Response, part: str, j: int) -> int:
+    """Return the first sample of a change."""
+    return now.levels[j] if part == "levels" else now.gains[j][1]
+
+
+def sharpened(now: Response, part: str, j: int, ends: tuple[int, int]) -> Response:
+    """Return a response with one of its changes where it fits best between ``ends``.
+
+    Two changes close together hide each other from the scores, by which places are told: here each place is fitted.
+    """
+    low, high = ends
+    for _ in range(FINER):
+        for at in np.unique(np.linspace(low, high, 5).astype(int)).tolist():
+            now = dated(now, part, j, at)
+        at, half = date(now, part, j), max((high - low) // 4, 1)
+        low, high = max(low, at - half), min(high, at + half)
     return now
 
 
 def dated(now: Response, part: str, j: int, at: int) -> Response:
-    """Return a response with one of its changes at another sample, where it fits better there."""
+    """Return a response with one of its changes at another sample, where it is likelier there."""
     dates: list[Any] = list(getattr(now, part))
     new = at if part == "levels" else (dates[j][0], at)
     if dates[j] == new:
@@ -89,7 +128,7 @@ def dated(now: Response, part: str, j: int, at: int) -> Response:
     dates[j] = new
     others: dict[str, Any] = {part: tuple(dates)}
     moved = replace(now, cache={}, **others).settled(1)
-    return moved if moved.loss() < now.loss() else now
+    return moved if moved.criterion < now.criterion else now
 
 
 def alternatives(now: Response):
@@ -127,13 +166,16 @@ def tried(now: Response, kind: str, i: int, at: int, size: float = 0.0):
         other = (now.with_level(at, size) if kind == LEVEL else now.with_gain(i, at, size)).settled(1)
         part, j = ("levels", len(now.levels)) if kind == LEVEL else ("gains", len(now.gains))
         found = located(other, part, j)
+        if (found is None or found.log_odds < SURE) and (beside := redated(other, part, j)) is not other:
+            other = beside
+            found = located(other, part, j)
         if found is None or found.log_odds < HOPE - SURE:
             return None
         if found.at == at:
             break
         at, size = found.at, float(other.more[other.placed()[part].stop - 1])
-    if found and (less := other.without_outliers()) is not other:  # what stands out beside the change is none of it
-        other = less.settled(1)
+    if found and (less := cleaned(other)) is not other:  # what stands out beside the change is none of it
+        other = less
         found = located(other, part, j)
     return (found.log_odds, other) if found else None
 

@@ -10,6 +10,7 @@ import numpy as np
 from .beginnings import beginnings
 from .change_places import GAIN, LEVEL, part_of, standing
 from .change_search import searched
+from .lost_inputs import completed
 from .noise_jumps import LEAST, SURE, noises
 from .response import Response
 from .response_covariance import covariance, without_end
@@ -56,11 +57,11 @@ class Hindsight(NamedTuple):
         """Return what jumped, in order of time."""
         now, found = self.response, []
         T, endless = len(now.used), without_end(now, covariance(now)) if now.gains else []
-        for j, since in enumerate(now.levels):
+        for j in range(len(now.levels)):
             where = standing(now, "levels", j)
             size = float(now.more[now.placed()["levels"].start + j]) * self.y_scale
             if where is not None and where.log_odds > SURE and where.slow > TOLD[LEVEL]:
-                found.append(Jump(since, where.interval, where.log_odds, LEVEL, 0, 0.0, size))
+                found.append(Jump(where.middle, where.interval, where.log_odds, LEVEL, 0, 0.0, size))
         for j, (i, since) in enumerate(now.gains):
             where = standing(now, "gains", j)
             factor = now.factor(i)
@@ -69,7 +70,7 @@ class Hindsight(NamedTuple):
             if endless[i]:
                 before, after = 1.0, after / before if before else math.inf
             if where is not None and where.log_odds > TOLD[GAIN]:
-                found.append(Jump(since, where.interval, where.log_odds, GAIN, i, before, after, endless[i]))
+                found.append(Jump(where.middle, where.interval, where.log_odds, GAIN, i, before, after, endless[i]))
         for jump in noises(now):
             sizes = jump.before * self.y_scale, jump.after * self.y_scale
             found.append(Jump(jump.at, jump.interval, jump.log_odds, NOISE, 0, *sizes))
@@ -119,7 +120,7 @@ def hindsight(y, *readings) -> Hindsight | None:
     """
     if np.isfinite(y).sum() <= 2 * LEAST:
         return None
-    begun = [(beginnings(read[0]), read[1:]) for read in (recorded(y, u) for u in readings)]
+    begun = [(beginnings(read[0]), read[1:]) for read in (recorded(y, completed(y, u)) for u in readings)]
     least = [min((one.dated_criterion for one in found), default=math.inf) for found, _ in begun]
     found, units = begun[int(np.argmin(least))]
     searches = [searched(one) for one in found]

@@ -200,14 +200,15 @@ def tellable_jumps(case: Case) -> list[int]:
 def is_attainable(case: Case, k: int) -> bool:
     """Whether a jump is above 100:1 for who is not told when it was, nor what jumped, and could be dated by the output.
 
-    There are as many dates as tolerances in the record, and levels, noise and the gain of each input. A jump in a
-    stretch in which the sensor was stuck is dated by nobody to more than that stretch.
+    There are as many dates as tolerances in the record, and levels, noise and the gain of each input; a gain has to
+    be told from a level. A jump in a stretch in which the sensor was stuck is dated by nobody to more than that.
     """
     plant, jump = case.plant, case.plant.jumps[k]
     dates = max(plant.samples / (2 * case.tolerance), 1.0)
     first, length = plant.stuck
     is_unseen = first <= jump.at <= first + length and length > 2 * case.tolerance
-    return not is_unseen and bool(case.oracle.log_odds[k] - np.log(dates * (2 + len(plant.gains))) > TELLABLE)
+    odds = min(case.oracle.log_odds[k] - np.log(dates * (2 + len(plant.gains))), case.oracle.named_odds[k])
+    return not is_unseen and bool(odds > TELLABLE)
 
 
 def _is_larger(case: Case, k: int, visible) -> bool:

@@ -18,7 +18,7 @@ from scipy.signal import lfilter
 
 from .hidden_inputs import expected, spread
 from .plant import Plant
-from .simulation import Record, numerator, response, slope, step
+from .simulation import Record, disturbance, numerator, response, slope, step
 
 SURE = 1.96
 
@@ -32,7 +32,8 @@ class Oracle:
     gain_bars: tuple[float, ...]
     slowest: tuple[float, float]  # the largest time constant, in steps of the grid, and its half-width
     times: tuple[tuple[float, float], ...]  # the same of 63 % of the answer to a step of each input
-    log_odds: tuple[float, ...]  # of each jump of the plant
+    log_odds: tuple[float, ...]  # of each jump of the plant, in this record
+    named_odds: tuple[float, ...]  # of a gain against a level that moves then
 
 
 def ask(plant: Plant, record: Record) -> Oracle:
@@ -53,15 +54,24 @@ def ask(plant: Plant, record: Record) -> Oracle:
     whitened = [None if mark is None else whiten(mark) for mark in marks]
     psi = np.column_stack([*slopes, *(w for w in whitened if w is not None)])
     P = np.linalg.pinv(psi.T @ psi, rcond=1e-13, hermitian=True)
-    odds = []
+    noise = whiten(np.nan_to_num(record.y) - plant.level - disturbance(plant, record.unit) - base)
+    odds, named = [], []
     for k, jump in enumerate(plant.jumps):
         if (direction := whitened[k]) is None:
-            odds.append(_noise_odds(plant, record, seen, jump.at, spread_of_y))
+            odds.append(_noise_odds(plant, record, seen, jump.at, noise, spread_of_y))
+            named.append(odds[-1])
             continue
-        others = np.column_stack([*slopes, *(w for j, w in enumerate(whitened) if w is not None and j != k)])
-        d = direction * _moved(plant, k, record.unit)
-        rest = d - others @ np.linalg.lstsq(others, d, rcond=None)[0]
-        odds.append(float(0.5 * rest @ rest - 0.5 * np.log(plant.samples)))
+        others = [w for j, w in enumerate(whitened) if w is not None and j != k]
+        turn = [whiten(column) for column in _of_turn(plant, jump)]
+        without = [*sizes[:k], 1.0, *sizes[k + 1 :]]  # the slopes of who takes the plant for unchanged
+        plain = slopes if jump.what == "level" else [
+            whiten(_slope(plant, record, theta, without, j)) for j in range(len(theta))
+        ] + slopes[len(theta) :]  # fmt: skip
+        with_it = _misfit(noise, [*slopes, *others, direction, *turn])
+        moved = noise + direction * _moved(plant, k, record.unit)
+        number = 0.5 * np.log(plant.samples)
+        odds.append(_misfit(moved, [*plain, *others]) - with_it - (1 + len(turn)) * number)
+        named.append(_misfit(moved, [*plain, *others, *turn]) - with_it - number)
     gains, bars, spreads = [], [], []
     for i in range(len(plant.gains)):
         wanted = _gradient(lambda v, i=i: _gain(plant, names, v, i), theta)
@@ -84,7 +94,7 @@ def ask(plant: Plant, record: Record) -> Oracle:
 
     slowest = known(partial(_slowest, plant))
     times = [known(partial(_risen, plant, i=i)) for i in range(len(plant.gains))]
-    return Oracle(tuple(gains), tuple(spreads), tuple(bars), slowest, tuple(times), tuple(odds))
+    return Oracle(tuple(gains), tuple(spreads), tuple(bars), slowest, tuple(times), tuple(odds), tuple(named))
 
 
 def _parameters(plant: Plant) -> tuple[np.ndarray, list[tuple[int, int]]]:
@@ -136,6 +146,19 @@ def _of_jump(plant: Plant, record: Record, theta, sizes, k: int, base):
     return (base - _clean(plant, record, theta, other)) / (jump.size - 1.0)
 
 
+def _of_turn(plant: Plant, jump) -> list[np.ndarray]:
+    """Return what the level moves with a gain: about which value of its input that turns is in no file."""
+    step = (np.arange(plant.samples) >= jump.at).astype(float)
+    return [lfilter([1.0], plant.a, step)] if jump.what == "gain" else []
+
+
+def _misfit(target, columns) -> float:
+    """Return half the squares that are left of a whitened signal beside columns: minus its log likelihood."""
+    X = np.column_stack(columns)
+    left = target - X @ np.linalg.lstsq(X, target, rcond=None)[0]
+    return float(0.5 * left @ left)
+
+
 def _moved(plant: Plant, k: int, unit: float) -> float:
     """Return the size of a jump in the unit of `_of_jump`."""
     jump = plant.jumps[k]
@@ -160,16 +183,16 @@ def _whitener(plant: Plant, record: Record, seen, spread_of_y=None):
     return lambda x: solve_triangular(root, x[seen], lower=True)
 
 
-def _noise_odds(plant: Plant, record: Record, seen, at: int, spread_of_y=None) -> float:
-    """Return the expected log odds of two variances against one."""
-    s2 = _variance(plant, record)[seen]
-    after = np.flatnonzero(seen) >= at
-    gained = 0.5 * (len(s2) * np.log(s2.mean()) - np.log(s2).sum())
+def _noise_odds(plant: Plant, record: Record, seen, at: int, noise, spread_of_y=None) -> float:
+    """Return the log odds of two variances against one, by the ``noise`` as it was, whitened."""
+    s2, after = _variance(plant, record)[seen], np.flatnonzero(seen) >= at
+    parts = [part for part in (noise[~after] ** 2 * s2[~after], noise[after] ** 2 * s2[after]) if len(part)]
+    gained = 0.5 * (len(s2) * np.log(np.mean(np.concatenate(parts))) - sum(len(v) * np.log(v.mean()) for v in parts))
     if spread_of_y is not None:
-        one, two = (np.diag(v) + spread_of_y for v in (np.full(len(s2), s2.mean()), s2))
-        misfit = np.trace(np.linalg.solve(one, two)) - len(s2)
-        gained = 0.5 * (np.linalg.slogdet(one)[1] - np.linalg.slogdet(two)[1] + misfit)
-    return float(gained - 0.5 * np.log(max(len(after), 1)))
+        one, two = (np.linalg.cholesky(np.diag(v) + spread_of_y) for v in (np.full(len(s2), s2.mean()), s2))
+        alike = solve_triangular(one, two @ noise, lower=True)
+        gained = np.log(np.diag(one)).sum() - np.log(np.diag(two)).sum() + 0.5 * (alike @ alike - noise @ noise)
+    return float(gained - 0.5 * np.log(max(int(after.sum()), 1)))
 
 
 def _gain(plant: Plant, places, theta, i: int) -> float:

@@ -1,0 +1,105 @@
+"""Changes that are told where none is: plants whose level wanders as no model of the library does.
+
+Run: python -m driftwise_studies.score.claims.wander                 the records to choose by (seed 0)
+     python -m driftwise_studies.score.claims.wander --judge         those of the last commit; into docs/judged.md
+Options: --records 60, of each kind
+
+Plants, inputs and noise are those of the claims (`drawing`), without their troubles. To the output are added a quarter
+to one of its deviations of: a slow process of the first order (its time a twentieth to a third of the record), long
+memory (fractional noise; Granger and Joyeux, 1980), or a season whose amplitude is such a slow process.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections import Counter
+from collections.abc import Callable
+
+import numpy as np
+from scipy.signal import lfilter
+
+from driftwise.analysis.segmentation import hindsight
+from driftwise.engine.errors import InputError
+
+from ..worlds import judged
+from .drawing import draw
+from .plant import Plant
+from .simulation import record
+
+DYNAMICS = (
+    "samples", "dt", "poles", "numerators", "gains", "delays", "excitation", "level", "snr", "noise", "rho",
+)  # fmt: skip
+
+
+def slow(rng, T: int) -> np.ndarray:
+    """Return a process of the first order, (T,), of deviation one."""
+    phi = np.exp(-1 / (T * rng.uniform(0.05, 0.33)))
+    return lfilter([np.sqrt(1 - phi**2)], [1, -phi], rng.standard_normal(4 * T))[3 * T :]
+
+
+def long_memory(rng, T: int) -> np.ndarray:
+    """Return fractional noise (1 - q)^-d e, (T,), of deviation one, with d from 0.3 to 0.45."""
+    d, k = rng.uniform(0.3, 0.45), np.arange(1, 2 * T)
+    weights = np.cumprod(np.append(1.0, (k - 1 + d) / k))
+    x = np.convolve(rng.standard_normal(3 * T), weights)[2 * T : 3 * T]
+    return x / x.std()
+
+
+def swelling(rng, T: int) -> np.ndarray:
+    """Return a season of eight to forty turns whose amplitude and phase wander, (T,)."""
+    angle = 2 * np.pi * np.arange(T) / (T / rng.uniform(8, 40))
+    return np.cos(angle) * (1 + 0.5 * slow(rng, T)) + 0.5 * np.sin(angle) * slow(rng, T)
+
+
+KINDS: dict[str, Callable] = {"slow process": slow, "long memory": long_memory, "season that swells": swelling}
+
+
+def wandering(seed: int, number: int, kind: str):
+    """Return y (T,) and u (T, k) of a record in which nothing changes at once."""
+    plant = draw(seed, number)
+    plant = Plant(number, frozenset(), *(getattr(plant, name) for name in DYNAMICS))
+    data, rng = record(plant, seed), np.random.default_rng([seed, number, 26])
+    size = data.unit * rng.uniform(0.25, 1.0)
+    return data.y + size * KINDS[kind](rng, plant.samples), data.u
+
+
+def table(seed: int, records: int) -> str:
+    """Return how many records have a change that is told, by what wanders, as a table of Markdown."""
+    rows = [
+        "| what wanders | records | with a change told | level | gain | noise |",
+        "| --- | --- | --- | --- | --- | --- |",
+    ]
+    for kind in KINDS:
+        told = Counter[str]()
+        for number in range(records):
+            found = hindsight(*wandering(seed, number, kind))
+            kinds = {jump.kind for jump in found.jumps()} if found else set()
+            told.update([*kinds, *(["any"] if kinds else [])])
+        shares = " | ".join(f"{told[what] / records:.3f}" for what in ("any", "level", "gain", "noise"))
+        rows.append(f"| {kind} | {records} | {shares} |")
+    return "\n".join(rows)
+
+
+def main(arguments=None) -> None:
+    """Run, print, and write down what was judged."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--judge", action="store_true", help="with the seed of the last commit that changed an answer")
+    parser.add_argument("--records", type=int, default=60, help="of each kind")
+    asked = parser.parse_args(arguments)
+    answers = "src/driftwise", "studies/driftwise_studies/score/claims"
+    commit, seed = judged.seed(answers) if asked.judge else ("", judged.CHOOSING)
+    title = f"## {commit[:8]}: changes told on {asked.records} wandering records of each kind"
+    if asked.judge:
+        judged.refuse_twice(title)
+    found = table(seed, asked.records)
+    print(f"seed {seed}\n\n{found}")
+    if asked.judge:
+        judged.append([title, "", f"Seed {seed} = 0x{commit[:8]}; [what is counted](claims.md).", "", found])
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except InputError as error:
+        sys.exit(str(error))
