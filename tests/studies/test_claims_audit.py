@@ -221,6 +221,16 @@ def test_a_claim_against_the_truth(plant, said, verdict):
     assert check(case(plant), said) == verdict
 
 
+def test_a_file_by_the_month_is_dated_by_its_rows_and_intervals_are_held_against_the_change():
+    said = [claim("change", "the gain from valve [%] doubled", at, (at - 4, at + 4)) for at in (603, 615)]
+    one = case(jumping("gain", 2.0), dt=2.0 * 31 / 30.4375, claims=said[:1])
+    assert [check(one, it) for it in said] == [TRUE, TRUE] and one.dt == 1.0
+    line = audit.Line(0, "", frozenset(), "answered")
+    for claims in (said[:1], said[1:]):
+        audit.recall(replace(one, answer={**one.answer, "claims": claims}), line)
+    assert line.dated == [True, False]
+
+
 def test_the_most_likely_is_the_most_likely_and_as_likely_is_as_likely():
     table = {"model": ["ARX(2,2,1)", "ARX(1,1,1)"], "log_odds": [0.0, -300.0], "rmse": [1.0, 1.005]}
     one = case(PLAIN, candidates=table)

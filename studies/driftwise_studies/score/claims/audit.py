@@ -19,7 +19,7 @@ import numpy as np
 
 from driftwise.engine.errors import InputError
 
-from .checking import FALSE, TRUE, VACUOUS, Case, check, is_attainable, is_told, tellable_jumps
+from .checking import FALSE, TRUE, VACUOUS, Case, check, is_attainable, is_dated, is_told, tellable_jumps
 from .drawing import draw
 from .oracle import ask
 from .plant import Plant
@@ -42,6 +42,7 @@ class Line:
     claims: list[tuple[str, str, str]] = field(default_factory=list)  # kind, verdict, text
     expected: dict[str, int] = field(default_factory=dict)  # what the oracle knows well
     found: dict[str, int] = field(default_factory=dict)  # of these, claimed
+    dated: list[bool] = field(default_factory=list)  # of changes that are told: whether the date's interval holds them
     is_named: bool = False
     has_columns: bool = False
     why: str = ""
@@ -122,6 +123,9 @@ def recall(case: Case, line: Line) -> None:
         for name in (what, f"{what}, date and kind not told")[: 1 + is_attainable(case, k)]:
             expected[name] += 1
             found[name] += was_told
+    for k in range(len(case.plant.jumps)):
+        told = next((claim for claim in claims if is_told(case, k, claim)), None)
+        line.dated += [is_dated(case, k, told)] if told else []
     line.expected, line.found = dict(expected), dict(found)
 
 
@@ -147,10 +151,12 @@ def table(lines: list[Line]) -> str:
     rows += ["", "| files | of | share |", "| --- | --- | --- |"]
     answered = [line for line in lines if line.outcome == "answered"]
     named = [line for line in answered if line.is_named]
+    dated = [is_held for line in answered for is_held in line.dated]
     for what, count, of in (
         ("refused", sum(line.outcome == "refused" for line in lines), len(lines)),
         ("asked", sum(line.outcome == "asked" for line in lines), len(lines)),
         ("output and inputs right, by names of the vocabulary", sum(line.has_columns for line in named), len(named)),
+        ("dates of changes that are told: held by their 95 % interval", sum(dated), len(dated)),
         ("no false claim", sum(_is_clean(line) for line in answered), len(answered)),
     ):
         rows.append(f"| {what} | {count} of {of} | {_share(count, of)} |")

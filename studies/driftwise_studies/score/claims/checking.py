@@ -21,6 +21,7 @@ TRUE, FALSE, VACUOUS, UNCHECKED = "true", "false", "vacuous", "unchecked"
 STRETCH, NEAR, WIDE = 1.5, 0.2, 2.0
 TELLABLE = float(np.log(100.0))  # log odds of the oracle beyond which a change is there for everybody
 FOLLOWS = re.compile(r"level|ARX?\(")  # the models that are shown with a memory that follows a change
+MONTHS = 0.05  # by which the time between rows may differ from row to row, as that of months
 SLACK = 10  # samples by which a change may be dated wrong, beside the time the plant takes to answer
 
 
@@ -41,8 +42,13 @@ class Case:
 
     @property
     def dt(self) -> float:
-        """Steps of the grid between two samples of the answer."""
-        return self.answer["dt"] / self.grid
+        """Steps of the grid between two samples of the answer: whole ones, unless rows come as they like.
+
+        A file by the month is told one sample every 31 d, but its hundredth row is its hundredth month.
+        """
+        steps = self.answer["dt"] / self.grid
+        is_whole = not self.plant.is_irregular and abs(steps / max(round(steps), 1) - 1) < MONTHS
+        return float(max(round(steps), 1)) if is_whole else steps
 
     @property
     def output(self) -> str:
@@ -232,6 +238,12 @@ def is_told(case: Case, k: int, claim) -> bool:
     if jump.what == "gain" and "gain" in named:
         return f"from {case.written.inputs[jump.input]} " in subject
     return not named or jump.what in named
+
+
+def is_dated(case: Case, k: int, claim) -> bool:
+    """Whether a jump lies in the interval of its date, a sample more or less."""
+    low, high = claim["interval"]
+    return bool((low - 1) * case.dt <= case.plant.jumps[k].at <= (high + 1) * case.dt)
 
 
 def forecast(case: Case, claim) -> str:
