@@ -86,10 +86,19 @@ def test_a_state_of_an_auto_memory_that_began_once_goes_on():
 
 def test_an_average_whose_means_were_three_goes_on():
     est, state = dw.load_state(SAVED / "state-ModelAverage-second.json")
-    was = json.loads((SAVED / "average-next.json").read_text())
+    was = json.loads((SAVED / "average-next.json").read_text())["second"]
     trace = est.scan(was["y"], was["u"], state=state)
     np.testing.assert_allclose(trace.log_score, was["score"], rtol=1e-9)  # the density is as it was
     np.testing.assert_allclose(trace.innovation, was["innovation"], atol=5e-3)  # the noise has a deviation of .1
+
+
+def test_an_average_that_kept_logarithms_of_its_weights_goes_on():
+    est, state = dw.load_state(SAVED / "state-ModelAverage-third.json")
+    was = json.loads((SAVED / "average-next.json").read_text())["third"]
+    assert np.allclose([state["own"][name].sum() for name in ("likely", "brief", "lasting")], 1.0, rtol=1e-15)
+    trace = est.scan(was["y"], was["u"], state=state)
+    np.testing.assert_allclose(trace.log_score, was["score"], rtol=1e-12)
+    np.testing.assert_allclose(trace.innovation, was["innovation"], rtol=1e-12, atol=1e-13)
 
 
 def test_other_schemas_are_refused(tmp_path):

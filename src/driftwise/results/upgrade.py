@@ -60,7 +60,8 @@ def parts(fields: list) -> list:
 # --- rows of AutoMemory and of an average, as they were ---------------------------------------------------------------
 # First: AutoMemory kept two more banks instead of its trials; the mean of an average was by likelihood alone.
 # Second: AutoMemory began once only. Third: louder noise made parameters faster, and AutoMemory's head was shorter. In
-# both, no mean of an average was by regrets.
+# both, no mean of an average was by regrets. In all of them, and in rows as long as today's, an average kept the
+# logarithms of its weights.
 
 FORMER = 3
 SHORT_HEAD = 7  # numbers of the head of AutoMemory, in all of them
@@ -77,7 +78,7 @@ class Piece(NamedTuple):
 
 
 def rows(estimator, found: np.ndarray) -> np.ndarray:
-    """Return rows of states, (.., numbers), as this version lays them out; any that are not of the former, as they are.
+    """Return rows of states, (.., numbers), as this version lays them out; any that are not of any former, as they are.
 
     What `AutoMemory` had learnt goes on: its filters, speeds, outliers. A trial that ran is begun again if need be. An
     average goes on from its weights by likelihood.
@@ -85,8 +86,21 @@ def rows(estimator, found: np.ndarray) -> np.ndarray:
     pieces = list(_pieces(estimator))
     for form in range(FORMER):
         if found.ndim and found.shape[-1] == sum(p.before[form] for p in pieces) != sum(p.now for p in pieces):
-            return _rows(pieces, form, found)
-    return found
+            return _weighed(estimator, _rows(pieces, form, found))
+    return _weighed(estimator, found)
+
+
+def _weighed(estimator, found: np.ndarray) -> np.ndarray:
+    """Return rows of an average with its weights, not their logarithms: these are never above zero, those always."""
+    if not estimator.members or not found.ndim or found.shape[-1] != estimator.dtype.itemsize // 8:
+        return found
+    now = np.array(found)
+    own = now.view(estimator.dtype)["own"]
+    if np.any(own["likely"] <= 0.0):
+        for name in ("likely", "brief", "lasting"):
+            weights = np.exp(own[name])
+            own[name] = weights / weights.sum(axis=-1, keepdims=True)
+    return now
 
 
 def _rows(pieces: list[Piece], form: int, found: np.ndarray) -> np.ndarray:
@@ -165,7 +179,7 @@ def _average(estimator, size: int) -> Piece:
     """Return how long what an average keeps of its own was and is."""
     start = estimator.start()["own"]
     before = sum(start[name].size for name in start.dtype.names[: start.dtype.names.index("brief")])
-    was = before + 2 * start["logs"].size + start["spread"].size + 3 * (start["regret"].size - 1)
+    was = before + 2 * start["likely"].size + start["spread"].size + 3 * (start["regret"].size - 1)
     return Piece((before, was, was), size, (_blended, _by_regrets, _by_regrets), start)
 
 
@@ -174,8 +188,8 @@ def _blended(was: np.ndarray, piece: Piece) -> np.ndarray:
     now = np.broadcast_to(np.atleast_1d(piece.owner).view(float), (*was.shape[:-1], piece.now)).copy()
     now[..., : was.shape[-1]] = was
     found = now.view(piece.owner.dtype)[..., 0]
-    found["brief"] = found["lasting"] = found["logs"]
-    below = found["logs"] - found["logs"].max(axis=-1, keepdims=True)
+    found["brief"] = found["lasting"] = found["likely"]
+    below = found["likely"] - found["likely"].max(axis=-1, keepdims=True)
     found["missed"] = 2.0 * np.where(below > UNHEARD, below, MUTE)
     found["missed_squares"] = found["missed_most"] = 1.0
     return now

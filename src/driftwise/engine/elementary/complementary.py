@@ -2,7 +2,7 @@
 
 import math
 
-from ..dispatch import rare
+from ..dispatch import kernel, rare
 from .pairs import add, exp_pair, multiply
 
 NEAR, FAR = 0.5, 3.0  # where the formulas change
@@ -61,10 +61,7 @@ def erfc(x):
         return x
     v = abs(x)
     if v < NEAR:
-        z = x * x
-        above = P0 + z * (P1 + z * (P2 + z * (P3 + z * P4)))
-        part = x * (above / (1.0 + z * (Q1 + z * (Q2 + z * (Q3 + z * (Q4 + z * Q5))))))
-        return 1.0 - (x + part) if x < 0.25 else 0.5 - ((x - 0.5) + part)
+        return erfc_near(x, beyond(x))
     found = 0.0
     if v < FAR:
         found = erfc_middle(v)
@@ -73,13 +70,30 @@ def erfc(x):
     return 2.0 - found if x < 0.0 else found
 
 
-@rare
+@kernel
 def erfc_both(x):
     """Return erfc(x) and erfc(-x), the same bits as of each alone."""
-    if abs(x) < NEAR or x != x:
-        return erfc(x), erfc(-x)
+    if abs(x) < NEAR:
+        part = beyond(x)
+        return erfc_near(x, part), erfc_near(-x, -part)
+    if x != x:
+        return x, -x
     found = erfc(abs(x))
     return (2.0 - found, found) if x < 0.0 else (found, 2.0 - found)
+
+
+@kernel
+def beyond(x):
+    """Return erf x - x, x below 1/2 in size."""
+    z = x * x
+    above = P0 + z * (P1 + z * (P2 + z * (P3 + z * P4)))
+    return x * (above / (1.0 + z * (Q1 + z * (Q2 + z * (Q3 + z * (Q4 + z * Q5))))))
+
+
+@kernel
+def erfc_near(x, part):
+    """Return erfc x where erf x is x and a part."""
+    return 1.0 - (x + part) if x < 0.25 else 0.5 - ((x - 0.5) + part)
 
 
 @rare

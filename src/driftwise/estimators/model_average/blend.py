@@ -1,6 +1,6 @@
 """The mean of a model average: four ways to weigh the members, and how far each of these is trusted.
 
-    weights      log w_i <- phi log w_i - eta (y - mu_i)^2/s       s: mean squared error of the mean that w makes
+    weights      w_i <- (w_i exp(-eta (y - mu_i)^2/s))^phi         s: mean squared error of the mean that w makes
     regret       r_k = 2 (y - m)(m_k - m),  R_k = sum r_k,  Q_k = sum r_k^2; of members, eta (sum ..)
     trust        v_k ~ eta_k exp(eta_k R_k - eta_k^2 Q_k),  eta_k = min(1/(2 max |r_k|), sqrt(log K/Q_k))
 
@@ -24,7 +24,9 @@ ETA = (0.2, 0.3)  # what a squared error counts
 SPREAD = 200.0  # samples of the mean squared errors
 MOST = 1e4  # that one squared error counts, in s
 UNHEARD = -37.0  # log share, beside the largest, that no sum would show
+LOST = -90.0  # log weight, beside the largest, that the share of all alike covers
 WORST = 1e100  # regret, in y_scale^2: of who ran away
+ROUNDED = 1e-12  # of a mean, by which it is no other: who earned no regret would be trusted for a last digit
 NO_RATE = math.exp(-700.0)  # where nothing was ever to regret
 
 
@@ -54,50 +56,56 @@ def trust(regret, squares, most, v, rates, crowd):
 
 
 @kernel
-def weigh_by_squares(k, phi, rate, share, y, mu, w, logs, mean, spread, seen, floor):
+def weigh_by_squares(k, phi, rate, share, y, mu, scores, weights, mean, spread, seen, floor):
     """Let the weights of one way follow the squared errors; who said nothing counts as all do on average."""
     sharpness, is_silent = 1.0 / max(spread[k], floor), False
-    for i in range(logs.size):
-        w[i] = -rate * min(square(y - mu[i]) * sharpness, MOST) if math.isfinite(mu[i]) else math.nan
+    for i in range(mu.size):
+        scores[i] = -rate * min(square(y - mu[i]) * sharpness, MOST) if math.isfinite(mu[i]) else math.nan
         is_silent = is_silent or not math.isfinite(mu[i])
-    all_alike = usual(logs, w) if is_silent else 0.0
-    for i in range(logs.size):
-        logs[i] += w[i] if math.isfinite(w[i]) else all_alike
-    faded(logs, w, phi, share)
+    if is_silent:
+        all_alike = usual(weights, scores)
+        for i in range(mu.size):
+            scores[i] = scores[i] if math.isfinite(scores[i]) else all_alike
+    weigh(weights, scores, phi, share)
     spread[k] += (square(y - mean) - spread[k]) / (min(seen, SPREAD) + 1.0)
 
 
 @kernel
 def raised(x):
-    """Return exp(x); of the best, whose x is zero, at once."""
+    """Return exp(x); of the best, whose x is zero, and of who is lost, at once."""
+    if x < LOST:
+        return 0.0
     return exp(x) if x != 0.0 else 1.0
 
 
 @kernel
-def usual(logs, scores):
+def usual(weights, scores):
     """Return the mean of the scores, by weight; of who has one."""
     mean, present = 0.0, 0.0
-    for i in range(logs.size):
+    for i in range(weights.size):
         if math.isfinite(scores[i]):
-            weight = exp(logs[i])
-            mean += weight * scores[i]
-            present += weight
+            mean += weights[i] * scores[i]
+            present += weights[i]
     return mean / present
 
 
 @kernel
-def faded(logs, w, phi, share):
-    """Let the evidence in log weights fade and give a share of the weights to all alike; ``w`` is scratch."""
-    M, best, total = logs.size, -math.inf, 0.0
-    for i in range(M):
-        best = max(best, logs[i])
-    for i in range(M):
-        logs[i] = phi * (logs[i] - best)
-        w[i] = raised(logs[i])
-        total += w[i]
+def weigh(weights, scores, phi, share):
+    """w <- (w exp score)^phi, over their sum, and of that a share to all alike; ``scores`` is scratch.
+
+    None is below that share over their number, so that no logarithm is of zero, and the sum is none where phi is 1:
+    who scored best weighs what he did.
+    """
+    best, total, least = -math.inf, 0.0, share / weights.size
+    for i in range(weights.size):
+        scores[i] += log(weights[i]) if phi < 1.0 else 0.0
+        best = max(best, scores[i])
+    for i in range(weights.size):
+        scores[i] = raised(phi * (scores[i] - best)) * (1.0 if phi < 1.0 else weights[i])
+        total += scores[i]
     part = (1.0 - share) / total
-    for i in range(M):
-        logs[i] = log(part * w[i] + share / M)
+    for i in range(weights.size):
+        weights[i] = part * scores[i] + least
 
 
 @kernel
@@ -106,7 +114,8 @@ def regret_of(e, mean, means, said, unit, counts, regret, squares, most):
     whole = 2.0 * (e / unit)
     for k in range(means.size):
         if math.isfinite(said[k]):
-            r = min(max(whole * (means[k] - mean), -WORST), WORST)
+            apart = means[k] - mean
+            r = min(max(whole * apart, -WORST), WORST) if abs(apart) > ROUNDED * abs(mean) else 0.0
             regret[k] += counts * r
             squares[k] += counts * r * r
             most[k] = max(most[k], abs(r))

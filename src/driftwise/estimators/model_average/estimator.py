@@ -14,8 +14,10 @@ from ...models.canonical import power_of_two
 from ..base import Estimator
 from ..common.posterior import Posterior
 from . import step as _step
-from .step import AVERAGE, AVERAGE_SAMPLE, NAIVE, PREDICTION, VARIANCE, Averaging
+from .step import AVERAGE, AVERAGE_SAMPLE, NAIVE, PREDICTION, VARIANCE, WEIGHTS, Averaging
 from .trace import AverageTrace
+
+STRETCH = 1024  # samples that members run through before the average does: what they say of a record needs no room
 
 
 class Members(NamedTuple):
@@ -180,7 +182,13 @@ class ModelAverage(Estimator):
         return self.trace_kind(self, y, u, outs, keep, end, time=time)
 
     def drive(self, rows, ys, us, outs, spec, scratch):
-        """Advance states of S series by T samples in place: members first, then what makes one forecast of theirs."""
+        """Advance states of S series by T samples in place."""
+        for first in range(0, ys.shape[1], STRETCH):
+            part = slice(first, first + STRETCH)
+            self._drive(rows, ys[:, part], us[:, part], outs[:, part], spec)
+
+    def _drive(self, rows, ys, us, outs, spec):
+        """Advance them by a stretch of samples: members first, then what makes one forecast of theirs."""
         (S, T), M = ys.shape[:2], len(self.members) + len(NAIVE)
         ys, us = ys - self.center[0], us - self.center[1:]
         means, variances = np.empty((S, T, M)), np.empty((S, T, M))
@@ -208,7 +216,7 @@ class ModelAverage(Estimator):
 
     def weights(self, state) -> np.ndarray:
         """Return the weight of each member and of the naive forecasters, in the order of ``all_names``."""
-        return np.exp(state["own"]["logs"])
+        return state["own"]["likely"].copy()
 
     def evidence(self, state) -> np.ndarray:
         """Return the log density, in units of y_scale, each member gave to all outputs from the ``settle``-th on."""
@@ -239,8 +247,8 @@ class ModelAverage(Estimator):
         own, chosen = state["own"], [*keep, *range(M, M + len(NAIVE))]
         for name, shape in ((field.name, field.shape) for field in AVERAGE.fields):
             after["own"][name] = own[name][chosen] if shape == ("all",) else own[name]
-        for name in ("logs", "brief", "lasting"):
-            after["own"][name] -= np.log(np.exp(after["own"][name]).sum())
+        for name in WEIGHTS:
+            after["own"][name] /= after["own"][name].sum()
         return fewer, after
 
 

@@ -4,7 +4,7 @@
     prediction   sum v_k m_k, m_1 = m                              m_2 to m_4 by squared errors, regrets: `blend`
     base         s = sum w_i (c_i S_i + (mu_i - m)^2)              c_i: running mean of e_i^2/S_i, the noise now
     density      y ~ sum q_j N(m, v_j), v_j = kappa_j s, and rho_j times the long-run mean of e^2: tails are learnt
-    weights      log w_i <- phi log w_i + eta log p_i(y)           Student-t: one outlier does not decide
+    weights      w_i <- (w_i p_i(y)^eta)^phi                         Student-t: one outlier does not decide
     variance     c sum q_j v_j                                     c: running mean of e^2 of the prediction beside that
 
 The variance is that of the prediction's errors, whose centre is not the density's: c, the running mean of what they are
@@ -30,7 +30,7 @@ from ...engine.elementary.complementary import erfc_both
 from ...engine.layout import Field, Layout, each, numbers
 from ...engine.normal import ROOT_2PI
 from ...engine.status import BAD_VALUE, MISSING_OUTPUT
-from .blend import BLENDS, ETA, HASTE, LOG_BLENDS, faded, raised, regret_of, trust, usual, weigh_by_squares
+from .blend import BLENDS, ETA, HASTE, LOG_BLENDS, regret_of, trust, usual, weigh, weigh_by_squares
 
 NAIVE = ("last value", "straight line", "mean")
 FAST = tuple(4.0**k for k in range(-2, 6))  # scales of the tails, in s
@@ -39,6 +39,7 @@ SCALES = len(FAST) + len(SLOW)
 SEEN, LAST, BEFORE, STEP, MEAN, LONG, LONG_COUNT = range(7)  # of the head of a state
 PREDICTION, INNOVATION, VARIANCE, STATUS = range(4)  # of a trace's row
 SCORE, LOWER, UPPER, OFFSET, BASE, LEVEL, FLOOR, TOLD = range(4, 12)
+WEIGHTS = "likely", "brief", "lasting"  # of a state
 ROOT_HALF, FAINTEST = math.sqrt(0.5), math.exp(-700.0)
 FREEDOM, WILD = 6.0, 25.0  # degrees of freedom by which members are judged; most that one e^2/S counts
 VAGUE = 100.0  # times the variance of y about its mean: a member that claims more says nothing
@@ -77,13 +78,13 @@ AVERAGE = Layout(
     Field("tails", ("SCALES",), "q_j: samples that each scale of the tails is worth"),
     *each(
         "all",
-        logs="each member, and each naive forecaster: log weight",
+        likely="each member, and each naive forecaster: weight by likelihood",
         evidence="log density that it gave to all outputs that count",
         squares="its squared errors",
         ratio="c: mean of e^2/S",
         behind="samples behind c",
-        brief="log weight by squared errors, remembered as long as likelihood is",
-        lasting="log weight by squared errors, remembered for ever",
+        brief="weight by squared errors, remembered as long as likelihood is",
+        lasting="weight by squared errors, remembered for ever",
         missed="regret of the mean by regrets, to it, in y_scale^2",
         missed_squares="the squares of what it is the sum of",
         missed_most="the largest of them",
@@ -130,6 +131,8 @@ def fresh(task: Averaging) -> np.ndarray:
     state = np.zeros((), AVERAGE.dtype(int(task.members)))
     state["last"] = state["before"] = state["step"] = np.nan
     state["long"], state["ratio"], state["spread"] = task.unit, 1.0, task.unit
+    for name in WEIGHTS:
+        state[name] = 1.0 / state[name].size
     state["width"] = 1.0
     fill_tails(state["tails"])
     return state
@@ -190,16 +193,15 @@ def claim(mu, S, ratio, claims):
 
 
 @kernel
-def heard(mu, claims, w, logs, most, log_window):
+def heard(mu, claims, w, weights, most, window):
     """Fill w, the weights of those who speak, and claim no variance above ``most``; return the mean they make."""
-    M, best = mu.size, -math.inf
+    M, best = mu.size, 0.0
     for i in range(M):
         if claims[i] <= most:
-            best = max(best, logs[i])
-    total, mean = 0.0, 0.0
+            best = max(best, weights[i])
+    total, mean, least = 0.0, 0.0, window * best
     for i in range(M):
-        is_heard = claims[i] <= most and logs[i] - best > log_window
-        w[i] = raised(logs[i] - best) if is_heard else 0.0
+        w[i] = weights[i] if claims[i] <= most and weights[i] >= least else 0.0
         total += w[i]
     part = 1.0 / total
     for i in range(M):
@@ -261,28 +263,30 @@ def log_of_both(v, far):
 
 
 @kernel
-def judge(task, row, y, mu, S, logs, evidence, squares, ratio, behind, scores, floor):
+def judge(task, row, y, mu, S, weights, evidence, squares, ratio, behind, scores, floor):
     """Give each member the log density it had for y, let its noise variance follow, and forget."""
-    M, is_silent, fade = logs.size, False, 1.0 - 1.0 / task.memory
+    M, is_silent, fade, per_unit = mu.size, False, 1.0 - 1.0 / task.memory, 1.0 / task.unit
     for i in range(M):
         scores[i] = math.nan
         if not (math.isfinite(mu[i]) and S[i] > 0.0):
             is_silent = True
             continue
         v = max(ratio[i] * S[i], floor)
-        z2 = square(y - mu[i]) / v
-        scores[i] = -0.5 * log_of_both(v / task.unit, 1.0 + z2 / FREEDOM)
+        z2 = square(y - mu[i]) * (1.0 / v)
+        scores[i] = -0.5 * log_of_both(v * per_unit, 1.0 + z2 * (1.0 / FREEDOM))
         squares[i] += square(y - mu[i]) if row[SEEN] >= task.settle else 0.0
         behind[i] = fade * behind[i] + 1.0
         gain = 1.0 / (behind[i] + 1.0)
-        ratio[i] = max(ratio[i] * (1.0 - gain + gain * min(z2, WILD)), floor / S[i])
-    all_alike = usual(logs, scores) if is_silent else 0.0
+        ratio[i] *= 1.0 - gain + gain * min(z2, WILD)
+        if ratio[i] * S[i] < floor:
+            ratio[i] = floor / S[i]
+    all_alike = usual(weights, scores) if is_silent else 0.0
     for i in range(M):  # who said nothing neither wins nor loses
         score = scores[i] if math.isfinite(scores[i]) else all_alike
-        logs[i] += task.rate * score
+        scores[i] = task.rate * score
         if row[SEEN] >= task.settle and y != row[LAST]:  # a plant at rest tells nothing apart
             evidence[i] += score
-    faded(logs, scores, task.forgetting, task.share)
+    weigh(weights, scores, task.forgetting, task.share)
 
 
 @kernel
@@ -320,10 +324,10 @@ def tell(row, q, y, prediction, mean, base, floor, densities, out):
     weight, variance, p, lower, upper, e = 0.0, 0.0, 0.0, 0.0, 0.0, y - mean
     for j in range(SCALES):
         weight += q[j]
-    wider, sharpness, bell = 0.0, 0.0, 0.0
+    whole, wider, sharpness, bell = 1.0 / weight, 0.0, 0.0, 0.0
     for i in range(SCALES):
         j = SCALES - 1 - i
-        v, share = scale_of(j, base, row[LONG], floor), q[j] / weight
+        v, share = scale_of(j, base, row[LONG], floor), q[j] * whole
         is_quarter = 4.0 * v == wider
         sharpness = 2.0 * sharpness if is_quarter else 1.0 / math.sqrt(v)
         z = e * sharpness
@@ -351,12 +355,12 @@ def pass_over_averaging(task, rows, q, kept, out, state):
     """
     M = q.shape[1]
     (
-        row, tails, logs, evidence, squares, ratio, behind, brief, lasting, missed, misses, worst_miss,
+        row, tails, likely, evidence, squares, ratio, behind, brief, lasting, missed, misses, worst_miss,
         spread, regret, regrets, most, width, silent,
     ) = open_average(state, M - len(NAIVE))  # fmt: skip
     scratch = state[state.size - scratch_size(M) :]
     scores, one, two, three = scratch[:M], scratch[M : 2 * M], scratch[2 * M : 3 * M], scratch[3 * M : 4 * M]
-    four, claims, rest, log_window = scratch[4 * M : 5 * M], scratch[5 * M : 6 * M], scratch[6 * M :], log(task.window)
+    four, claims, rest = scratch[4 * M : 5 * M], scratch[5 * M : 6 * M], scratch[6 * M :]
     crowd, means, v, densities = log(1.0 * M), rest[:BLENDS], rest[BLENDS : 2 * BLENDS], rest[2 * BLENDS :]
     for t in range(rows.shape[0]):
         y, mu, S, w = rows[t, 0], q[t], kept[t], out[t, TOLD + SCALES :]
@@ -365,9 +369,9 @@ def pass_over_averaging(task, rows, q, kept, out, state):
         floor = floor_of(task, row)
         claim(mu, S, ratio, claims)
         most_claimed = UNSURE / task.rate * least_claim(claims, floor)
-        means[0] = heard(mu, claims, one, logs, math.inf, log_window)
-        means[1] = heard(mu, claims, two, brief, most_claimed, log_window)
-        means[2] = heard(mu, claims, three, lasting, most_claimed, log_window)
+        means[0] = heard(mu, claims, one, likely, math.inf, task.window)
+        means[1] = heard(mu, claims, two, brief, most_claimed, task.window)
+        means[2] = heard(mu, claims, three, lasting, most_claimed, task.window)
         means[3] = trusted(mu, claims, four, most_claimed, missed, misses, worst_miss, scores, crowd)
         for k in range(BLENDS):
             v[k] = 0.0
@@ -398,7 +402,7 @@ def pass_over_averaging(task, rows, q, kept, out, state):
                 k, 1.0 - HASTE[k] * (1.0 - task.forgetting), ETA[k] * task.rate, task.share, y, mu, scores,
                 brief if k == 0 else lasting, means[k + 1], spread, row[SEEN], floor,
             )  # fmt: skip
-        judge(task, row, y, mu, S, logs, evidence, squares, ratio, behind, scores, floor)
+        judge(task, row, y, mu, S, likely, evidence, squares, ratio, behind, scores, floor)
         learn_tails(task, row, tails, densities, y - mean, base)
         note(row, y)
 
