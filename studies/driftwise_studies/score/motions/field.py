@@ -37,6 +37,12 @@ class Total:
         return mean((self.nis >= 0.5) & (self.nis <= 1.5))
 
     @property
+    def calibrated(self) -> float:
+        """Share of long tracks whose mean squared normal score is in .5 to 1.5: the same, whatever the tails."""
+        scores = np.array([t.normal for t in self.long])
+        return mean((scores >= 0.5) & (scores <= 1.5))
+
+    @property
     def told(self) -> float:
         """Share of the manoeuvres that could be told that were."""
         return mean(np.isfinite(self.delays))

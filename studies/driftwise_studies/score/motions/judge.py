@@ -27,6 +27,7 @@ ANSWERS = (  # what a track, or a scene, depends on
 )  # fmt: skip
 GOALS = (  # words, how to read a `Total`, least, most
     ("share of tracks of 30 plots and more whose NIS is in .5 to 1.5", lambda t: t.good, 0.95, 1.0),
+    ("the same of the mean squared normal score", lambda t: t.calibrated, 0.95, 1.0),
     ("share of bands of the position that hold", lambda t: t.held("position"), 0.92, 0.97),
     ("share of bands of the velocity that hold", lambda t: t.held("velocity"), 0.92, 0.97),
     ("the same within manoeuvres", lambda t: t.held("turning"), 0.88, 1.0),

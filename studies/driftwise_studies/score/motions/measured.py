@@ -38,6 +38,7 @@ class Followed(NamedTuple):
     nis: float  # mean over its plots that are not wild
     most_nis: float  # the same without the three largest
     quiet_nis: float  # the same without those in a manoeuvre and just after
+    normal: float  # mean squared normal score of its plots that are not wild: where they lie in their forecasts
     plot_share: float  # of its plots that are not wild, in their 95 % band
     position: tuple[float, float]  # share of coordinates in the 95 % band, plots
     velocity: tuple[float, float]
@@ -116,6 +117,7 @@ def follow(scene: Scene, track, seen: Seen, index: np.ndarray) -> Followed:
     quiet, false, delays = onsets(scene, track.plots.time, trace.onset, path, scan)
     return Followed(
         scene, len(track), average(nis), average(np.sort(nis)[:-FEW]), average(nis[~near[tame]]),
+        average(trace.normal_score[late][tame] ** 2),
         average(outside >= 0.025), share(held_p), share(held_v), share(held_v[in_manoeuvre]),
         average(trace.log_score[late][tame].sum(axis=1) + unit), rms(off[late]) / scene.sensors[0].deviation,
         rms(off_v[late]), runs(far > LOST[0], LOST[1]), float(np.max(far, initial=0.0)), quiet, false, delays, scan,
