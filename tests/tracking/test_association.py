@@ -89,12 +89,12 @@ def test_the_density_of_nobody_is_that_of_the_plots_and_not_of_a_tracks_own():
     for time in np.arange(200.0):
         for east, north in rng.uniform(0, 1000, (3, 2)):
             known.note(at(time, east, north), 1.0, 1.0)
-            known.is_nobody(at(time, east, north), track(int(1e6 * time + east), TENTATIVE))
+            known.clutter.append(at(time, east, north), track(int(1e6 * time + east), TENTATIVE, -SURE))
     found = known.density(199.0, 1.0, 10.0).at(at(199.0, 500.0, 500.0)).all
     assert found == pytest.approx(math.log(3e-6), abs=0.7)
-    mine = track(7, TENTATIVE)
+    mine = track(7, TENTATIVE, -SURE)
     for time in np.arange(180.0, 200.0):
-        known.is_nobody(at(time, 20.0, 20.0), mine)
+        known.clutter.append(at(time, 20.0, 20.0), mine)
     around = known.density(199.0, 1.0, 10.0).at(at(199.0, 20.0, 20.0))
     assert around.beside(mine) < around.all - 1.0
     known.is_somebody(mine, True)

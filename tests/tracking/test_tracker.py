@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from driftwise_studies.score.motions import crowd
 
 import driftwise as dw
 from driftwise.engine.errors import InputError
@@ -102,6 +103,17 @@ def test_a_tracker_saved_before_plots_without_keys_were_weighed_goes_on():
     assert [(t.key, t.status, t.plots.time.tolist()) for t in tracker.tracks] == [
         (t.key, t.status, t.plots.time.tolist()) for t in whole.tracks
     ]
+
+
+def test_a_tracker_saved_before_errors_of_sensors_were_learnt_goes_on():
+    saved = Path(__file__).parents[1] / "saved" / "tracker-4.npz"  # after 120 plots of this crowd
+    scene = crowd.draw(0, 9)
+    seen, tracker = crowd.simulate(scene).plots, Tracker.load(saved)
+    before = {t.id: len(t) for t in tracker.tracks}
+    assert len(before) == 2 and len(tracker.targets.existence.clutter.table) == 94
+    tracker.feed(seen[120:400])
+    after = {t.id: len(t) for t in tracker.tracks}
+    assert all(after[id] > n for id, n in before.items()) and tracker.targets.existence.errors.seen
 
 
 def test_traffic_is_told_apart():

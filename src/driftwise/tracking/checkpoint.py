@@ -15,7 +15,7 @@ from .existence import SURE, Existence
 from .live import TENTATIVE, Event, Live, Plot
 from .plots import Fault
 
-SCHEMA = 4  # 4: what is learnt of plots without keys
+SCHEMA = 5  # 4: what is learnt of plots without keys; 5: how much sensors err by objects that move
 PLAIN = "id key follows clock name code status period count allowance place due odds quiet".split()  # of a track
 LEARNT = "box hits chances begun born quiet sees_at_once".split()  # of plots without keys
 COUNTED = "counts time before begun numbers".split()  # of the targets
@@ -42,7 +42,8 @@ def save(tracker, path) -> None:
         "events": targets.events,
         "at_once": targets.at_once,
         "existence": {name: getattr(targets.existence, name) for name in LEARNT},
-        "nobody": list(targets.existence.nobody),
+        "nobody": targets.existence.clutter.table.tolist(),
+        "errors": targets.existence.errors.seen,
         "suspects": targets.suspects,
         "past": targets.past,
         "due": targets.due,
@@ -79,14 +80,17 @@ def restore(kind, path):
 
 
 def _upgraded(facts: dict[str, Any]) -> dict[str, Any]:
-    """Return what schema 3 wrote as schema 4 has it: nothing is learnt yet of plots without keys."""
-    if facts["schema"] != 3:
-        return facts
-    for track in facts["tracks"]:
-        track |= {"odds": 0.0 if track["status"] == TENTATIVE else SURE, "quiet": 0.0}
-    nothing = Existence()
-    learnt = {name: getattr(nothing, name) for name in LEARNT}
-    return facts | {"schema": SCHEMA, "at_once": [], "existence": learnt, "nobody": []}
+    """Return what earlier schemas wrote as this one has it: nothing is learnt yet of what they did not know."""
+    if facts["schema"] == 3:
+        for track in facts["tracks"]:
+            track |= {"odds": 0.0 if track["status"] == TENTATIVE else SURE, "quiet": 0.0}
+        nothing = Existence()
+        learnt = {name: getattr(nothing, name) for name in LEARNT}
+        facts |= {"schema": 4, "at_once": [], "existence": learnt, "nobody": []}
+    if facts["schema"] == 4:
+        nobody = [[*row, 1.0] for row in facts["nobody"]]
+        facts |= {"schema": SCHEMA, "errors": {}, "nobody": nobody}
+    return facts
 
 
 def _put_back(targets, facts: dict[str, Any], arrays: dict[str, np.ndarray]) -> None:
@@ -97,7 +101,8 @@ def _put_back(targets, facts: dict[str, Any], arrays: dict[str, np.ndarray]) -> 
     targets.at_once = [_plot(p) for p in facts["at_once"]]
     for name in LEARNT:
         setattr(targets.existence, name, facts["existence"][name])
-    targets.existence.nobody.extend(map(tuple, facts["nobody"]))
+    targets.existence.clutter.table = np.array(facts["nobody"]).reshape(-1, 5)
+    targets.existence.errors.seen = facts["errors"]
     targets.events = [Event(*e) for e in facts["events"]]
     targets.suspects = {key: [_plot(p) for p in some] for key, some in facts["suspects"].items()}
     targets.past = {key: (follows, clock) for key, (follows, clock) in facts["past"].items()}

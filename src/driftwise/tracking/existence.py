@@ -10,20 +10,17 @@ learnt. (Sittler 1964; the chance to have left: Musicki, Evans and Stankovic 199
 from __future__ import annotations
 
 import math
-from collections import deque
 
-import numpy as np
-
+from .clutter import Clutter, Density, chance
 from .live import TENTATIVE, Live, Plot
+from .stillness import Errors
 
 SEEN = 0.9, 10.0  # what is assumed of P_D, and the scans that it counts for
 LEARNT = 1000.0  # scans of objects by which P_D is known
 FIELD = 20.0  # of what is fast in a scan, is the field wide, at least
 STAYS = 0.95  # probability to be there in the next scan
-REMEMBERED = 20, 256  # scans, and plots, of nobody
 BORN = 1.0, 20.0, -4.5, 3.0  # objects that appear, in so many scans: what is assumed; least and most log odds of one
 SURE, UNLIKELY = 14.0, 1e-6  # log odds are no larger: a long life is no proof for ever; and odds no smaller
-FEW, DENSER = 3, 20.0  # plots that show no density around a place; and how much denser it may be than on average
 PAUSE = 1.5  # scans in which nobody is seen are none
 
 
@@ -31,7 +28,7 @@ class Existence:
     """What a tracker has learnt of plots without keys."""
 
     def __init__(self):
-        self.nobody: deque[tuple[float, float, float, int]] = deque(maxlen=REMEMBERED[1])  # time, place, track
+        self.clutter, self.errors = Clutter(), Errors()
         self.box = [math.inf, math.inf, -math.inf, -math.inf]  # that plots span
         self.hits = self.chances = 0.0
         self.born = 0
@@ -72,12 +69,19 @@ class Existence:
         """Let a plot count for the track that it is given to."""
         track.odds = max(min(odds + gain, SURE), -SURE)
         track.quiet = self.quiet
-        if track.status != TENTATIVE:
+        if track.status == TENTATIVE:
+            self.clutter.weigh(track)
+        else:
             mine = chance(gain)
             self.hits += mine
             self.chances += 1.0 + missed
             if self.chances > LEARNT:
                 self.hits, self.chances = 0.5 * self.hits, 0.5 * self.chances
+
+    def gave_up(self, track: Live) -> None:
+        """Learn that a track was never confirmed: its plots are nobody's."""
+        track.odds = -SURE
+        self.clutter.weigh(track)
 
     def gain(self, odds: float, density: float, track: Live) -> float:
         """Return what a plot in a track is more likely than both alone."""
@@ -88,72 +92,21 @@ class Existence:
         """Return the objects that appear in a scan."""
         return (self.born + BORN[0]) / (max((time - self.begun) / scan, 0.0) + BORN[1])
 
-    def first_odds(self, near: Density, births: float) -> float:
-        """Return the log odds that a plot of no known object is the first of a new one."""
-        return min(max(math.log(births / max(near.rate, 1e-9)), BORN[2]), BORN[3])
+    def first_odds(self, density: float, births: float) -> float:
+        """Return the log odds that a plot of no known object is the first of a new one, by densities (births: log)."""
+        return min(max(births - density, BORN[2]), BORN[3])
 
     def density(self, time: float, scan: float, reach: float) -> Density:
         """Return the density of plots of nobody at a time."""
-        oldest = time - REMEMBERED[0] * scan
-        while self.nobody and self.nobody[0][0] < oldest:
-            self.nobody.popleft()
-        scans = max(min(REMEMBERED[0], (time - self.begun) / scan), 1.0)
-        return Density(np.array(self.nobody).reshape(-1, 4), scans, self.field(reach))
+        nobody, scans = self.clutter.since(self.begun, time, scan)
+        return Density(nobody, scans, self.field(reach))
 
     def field(self, reach: float) -> float:
         """Return the area that is seen, m^2, of what is fast by ``reach`` (m) in a scan."""
         east, north = self.box[2] - self.box[0], self.box[3] - self.box[1]
         return max(east, FIELD * reach) * max(north, FIELD * reach)
 
-    def is_nobody(self, plot: Plot, track: Live) -> None:
-        """Keep a plot of a track that may be none."""
-        self.nobody.append((plot.time, plot.east, plot.north, track.id))
-
     def is_somebody(self, track: Live, is_new: bool) -> None:
         """Learn that a track is an object after all, a new one or one known."""
         self.born += is_new
-        for row in [row for row in self.nobody if row[3] == track.id]:
-            self.nobody.remove(row)
-
-
-class Density:
-    """Density of plots of nobody, per scan and m^2."""
-
-    def __init__(self, nobody: np.ndarray, scans: float, field: float):
-        self.place, self.who = nobody[:, 1:3], nobody[:, 3]
-        self.owners = set(self.who.tolist())
-        self.scans, self.field = scans, field
-        self.rate = (len(nobody) + 1.0) / (scans + 1.0)
-
-    def at(self, plot: Plot) -> Around:
-        """Return the density around a plot."""
-        off = self.place - (plot.east, plot.north)
-        return Around(self, off[:, 0] ** 2 + off[:, 1] ** 2)
-
-
-class Around:
-    """Density of plots of nobody around one place."""
-
-    def __init__(self, whole: Density, square: np.ndarray):
-        self.whole, self.square = whole, square
-        self.all = self._log(square)
-
-    def beside(self, track: Live) -> float:
-        """Return the log density but for the plots of a track itself."""
-        if track.id not in self.whole.owners:
-            return self.all
-        return self._log(self.square[self.whole.who != track.id])
-
-    def _log(self, square: np.ndarray) -> float:
-        n, whole = len(square), self.whole
-        even = (n + 0.5) / whole.field
-        if n > FEW:
-            k = math.ceil(math.sqrt(n))
-            near = k / max(math.pi * float(np.partition(square, k - 1)[k - 1]), 1e-300)
-            even = min(max(near, even), DENSER * even)
-        return math.log(even / whole.scans)
-
-
-def chance(odds: float) -> float:
-    """Return the probability that log odds say."""
-    return 1.0 / (1.0 + math.exp(-odds)) if odds > -700.0 else 0.0
+        self.clutter.remove(track)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from .association import Forecast, Pair, best_pairs
-from .existence import Density
+from .clutter import Density
 from .live import TENTATIVE, Live, Plot
 from .lives import Lives
 from .reach import LONGEST
@@ -48,7 +48,8 @@ def give(lives: Lives, plot: Plot, found: Live | None, density: Density) -> None
     known = lives.existence
     if found is None:
         found = lives.begin(plot)
-        found.odds = known.first_odds(density, known.births(plot.time, _turn(lives, plot)))
+        births = math.log(known.births(plot.time, _turn(lives, plot)) / density.field)
+        found.odds = known.first_odds(density.at(plot).all, births)
         found.quiet = known.quiet
     elif old := _rivalled(lives, found):
         lives.end(found, plot.time, f"it is track {old.id}")
@@ -59,7 +60,7 @@ def give(lives: Lives, plot: Plot, found: Live | None, density: Density) -> None
     else:
         lives.extend(found, plot)
     if found.status == TENTATIVE:
-        known.is_nobody(plot, found)
+        known.clutter.append(plot, found)
 
 
 def _rivalled(lives: Lives, track: Live) -> Live | None:

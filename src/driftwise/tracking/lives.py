@@ -18,13 +18,16 @@ from .live import COASTING, CONFIRMED, ENDED, TENTATIVE, Event, Live, Plot
 from .places import Places
 from .reach import error, reaches
 from .scans import Scans
+from .stillness import moving
 
 UNKNOWN = 30.0  # s: the scan period assumed before one is known, where plots are not rarer
 REPEAT = 0.02, 0.05  # scan periods, s: within both, a second plot of a track tells the first one again
 TWICE = 0.08, 0.5  # scan periods, and shortest of the last scans: no sensor sees an object twice in less
 NAMED = 4.0  # times as many scans without a plot may a track have that its plots name, or while nobody was seen
 ALLOWED = 5.0, 0.25, 3.0  # deviations of a forecast that are allowed; s of what is fast, at least; and scans, at most
-REAL = 4.0  # log odds from which a track without a key may be confirmed
+REAL = 4.0  # log odds from which a track without a key may be confirmed ..
+STILL = 0.0  # .. and those that it is no thing that stands still
+WAITS = 2.0, 6  # what moves less surely waits for so many plots, where it is not known how much the sensor errs
 CODE = re.compile(r"A[0-7]{4}$")  # a Mode A code
 CLIMB, LEVELS = 50.0, 300.0  # m/s, m: altitudes that differ by more are two objects
 AT = TRACK_SAMPLE.slices(2)  # of a trace's row
@@ -108,6 +111,8 @@ class Lives:
             self.tell(plot.time, track, "resumed", "it is seen again")
         elif track.status == TENTATIVE:
             self._confirm(track)
+        if not self.has_key(track):
+            self.existence.errors.note(track)
         self._plan(track)
 
     def _is_told(self, track: Live, plot: Plot) -> bool:
@@ -121,12 +126,22 @@ class Lives:
 
     def _confirm(self, track: Live) -> None:
         N, M = self.rules.confirm
-        if track.count < N or (track.odds < REAL and not self.has_key(track)):
+        if track.count < N:
+            return
+        if not self.has_key(track) and (track.odds < REAL or not self._is_object(track)):
             return
         if track.last.time - track.rows[-N, 0] <= (M - 0.5) * self._scan(track):
             track.status = CONFIRMED
             self.existence.is_somebody(track, True)
             self.tell(track.last.time, track, "confirmed", f"{N} plots within {M} scans")
+
+    def _is_object(self, track: Live) -> bool:
+        """Say whether a track is no thing that stands still."""
+        errors = self.existence.errors
+        surely, plots = WAITS
+        if track.last.sensor not in errors.seen and track.count < plots and moving(track.rows) < surely:
+            return False
+        return errors.object(track) >= STILL
 
     def _scan(self, track: Live) -> float:
         """Return the scan period by which a track is confirmed, s; one of wild plots has a long one of its own."""
@@ -196,6 +211,8 @@ class Lives:
             self.ended.append(track)
         else:
             self.counts["discarded"] += track.count
+            if not self.has_key(track):
+                self.existence.gave_up(track)
 
     def reaches(self, a: Plot, b: Plot, allowance: float) -> bool:
         """Say whether one object can give both plots."""

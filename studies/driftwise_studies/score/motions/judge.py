@@ -22,7 +22,7 @@ from .measured import play
 ANSWERS = (  # what a track, or a scene, depends on
     "src/driftwise/estimators/track", "src/driftwise/tracking/tracker.py", "src/driftwise/tracking/targets.py",
     "src/driftwise/tracking/lives.py", "src/driftwise/tracking/keyless.py", "src/driftwise/tracking/association.py",
-    "src/driftwise/tracking/existence.py",
+    "src/driftwise/tracking/existence.py", "src/driftwise/tracking/clutter.py", "src/driftwise/tracking/stillness.py",
     "src/driftwise/tracking/inbox.py", "src/driftwise/tracking/scans.py", "studies/driftwise_studies/score/motions",
 )  # fmt: skip
 GOALS = (  # words, how to read a `Total`, least, most
