@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..models.filtering import linear_filter
+from ..models.filtering import filter_rows, linear_filter
 from .noise_jumps import LEAST
 from .response import Response
 from .response_record import delayed, huber, long_run, long_run_of
@@ -20,6 +20,7 @@ APART = 10  # samples between two changes
 PLACES, NEAR = 64, 64  # at which a change is looked for, and about the likeliest of them
 LIKELY = 10.0  # nats from the likeliest place within which others are looked at as closely
 ROUND_OFF = 1e-9  # of what a change takes
+ENDS = 0.5  # log odds that the ends of a grid may add
 LEVEL, GAIN = "level", "gain"
 NUMBERS = {LEVEL: 1, GAIN: 2}  # of a change: a gain has the point about which it turns
 
@@ -51,7 +52,7 @@ def effects(now: Response, kind: str, i: int, places) -> list[np.ndarray]:
     places, step = np.asarray(places)[:, None], np.ones((len(now.record.y), 1))
     if kind == LEVEL:
         return [later(now, step, places)]
-    driven = now.driven(i, now.moved(i)) * (np.arange(len(step)) >= places)
+    driven = now.drives[i] * (np.arange(len(step)) >= places)
     own = now.whitened(linear_filter([1.0], now.denominator, driven.T).T)
     return [own, later(now, linear_filter([1.0], now.denominator, step), places)]
 
@@ -71,32 +72,37 @@ def scanner(now: Response, kind: str, i: int, r) -> Callable[[np.ndarray], np.nd
     if now.bridge is not None or now.mixing is not None:  # what comes of one place is not shifted to another
         return partial(one_by_one, now, kind, i, r)
     T, n, Q, F, A = len(now.used), len(now.rows), now.basis, now.white, np.ones(1)
-    size, targets = np.zeros(T), np.zeros((T, 1 + Q.shape[1]))
-    size[now.rows] = now.weight / now.sigma[now.rows]
-    targets[now.rows] = size[now.rows, None] * np.column_stack([r, Q])
+    size, targets = np.zeros(T), np.zeros((1 + Q.shape[1], T))
+    size[now.rows] = scale = now.weight / now.deviations
+    ago = T - 1 - now.rows  # what is filtered from the end of the record on lies backwards, too
+    targets[0, ago], targets[1:, ago] = scale * r, scale * Q.T
     if kind == GAIN:
         A = now.denominator
     steps, inside = np.convolve(A, [1.0, -1.0]), Q.T @ r
-    step, power = linear_filter(F, steps, np.eye(1, T)[0]), size * size
-    of_step, squared = backwards(F, steps, targets), step * step
+    step, power = filter_rows(F, steps, np.eye(1, T))[0], size * size
+    of_step, squared = filter_rows(F, steps, targets), step * step
     of_input = driven_from(now, i, targets, power, step) if kind == GAIN else None
 
     def scanned(places) -> np.ndarray:
-        d = of_step[places]
-        free = np.array([squared[: T - p] @ power[p:] for p in places]) - np.einsum("ij,ij->i", d[:, 1:], d[:, 1:])
-        product = d[:, 0] - d[:, 1:] @ inside
+        d = of_step[:, T - 1 - places]
+        free = np.array([squared[: T - p] @ power[p:] for p in places.tolist()]) - squares(d[1:])
+        product = d[0] - inside @ d[1:]
         taken = 0.5 * share(product, free, n) * product
         if of_input:  # beside the level that moves with it
             own, own_squares, shared = of_input(places)
-            own_free = own_squares - np.einsum("ij,ij->i", own[:, 1:], own[:, 1:])
-            own_product = own[:, 0] - own[:, 1:] @ inside
-            shared = shared - np.einsum("ij,ij->i", own[:, 1:], d[:, 1:])
+            own_free, own_product = own_squares - squares(own[1:]), own[0] - inside @ own[1:]
+            shared = shared - np.einsum("ij,ij->j", own[1:], d[1:])
             part = share(shared, free, n)
             own_free, own_product = own_free - part * shared, own_product - part * product
             taken = taken + 0.5 * share(own_product, own_free, n) * own_product
         return taken
 
     return scanned
+
+
+def squares(x) -> np.ndarray:
+    """Return the sum of squares of each column."""
+    return np.einsum("ij,ij->j", x, x)
 
 
 def one_by_one(now: Response, kind: str, i: int, r, places) -> np.ndarray:
@@ -113,25 +119,22 @@ def one_by_one(now: Response, kind: str, i: int, r, places) -> np.ndarray:
     return taken
 
 
-def backwards(b, a, x) -> np.ndarray:
-    """Return the sum over t of x(t) h(t - p) for each p, h the impulse response of b/a."""
-    return linear_filter(b, a, x[::-1])[::-1]
-
-
 def driven_from(now: Response, i: int, targets, power, step) -> Callable:
-    """Return the products of what an input does from places on with targets (T, m), itself, and steps from there.
+    """Return the products of what an input does from places on with targets (m, T), itself, and steps from there.
+
+    ``targets`` lie backwards, the last sample first.
 
     What it does from p on is y, what it does in all, less what goes on of all before p: some impulses at p, p + 1, ..
     through 1/A. ``power`` (T,) weighs squares.
     """
-    T, F, A, x = len(now.used), now.white, now.denominator, now.driven(i, now.moved(i))
-    y, many = linear_filter(F, A, x), max(len(F), len(A)) - 1
-    before = np.arange(1, many + 1)
-    impulse = linear_filter([1.0], A, np.eye(1, T)[0])
-    later = backwards([1.0], A, np.column_stack([targets, power * y]))
-    later = np.append(later, np.zeros((many, later.shape[1])), axis=0)
-    sums = np.cumsum(np.column_stack([targets * y[:, None], power * y * y])[::-1], axis=0)[::-1]
-    beside = backwards(F, np.convolve(A, [1.0, -1.0]), power * y)
+    T, F, A, x = len(now.used), now.white, now.denominator, now.drives[i]
+    y, many = filter_rows(F, A, x[None])[0], max(len(F), len(A)) - 1
+    before, weighted = np.arange(1, many + 1), (power * y)[::-1]
+    impulse = filter_rows(np.ones(1), A, np.eye(1, T))[0]
+    targets = np.concatenate([targets, weighted[None]])
+    later = filter_rows(np.ones(1), A, targets)
+    sums = (targets * y[::-1]).cumsum(axis=1)
+    beside = filter_rows(F, np.convolve(A, [1.0, -1.0]), targets[-1:])[0]
     lasts = min(np.flatnonzero(abs(impulse) > 1e-20 * abs(impulse).max())[-1] + many + 1, T)
     impulses = np.array([delayed(impulse[:lasts], lag) for lag in range(many)]).reshape(many, lasts)
     windows = np.lib.stride_tricks.sliding_window_view(np.append(power, np.zeros(lasts)), lasts)
@@ -143,11 +146,13 @@ def driven_from(now: Response, i: int, targets, power, step) -> Callable:
             for coefficients, signal in ((A, past[0]), (-F, past[1])):
                 rest = coefficients[lag + 1 :]
                 q[:, lag] -= signal[:, : len(rest)] @ rest
-        on, whole = later[places[:, None] + np.arange(many)], sums[places]
-        products, squares = whole[:, :-1] - np.einsum("pl,plm->pm", q, on[:, :, :-1]), whole[:, -1]
+        at = T - 1 - places
+        ago = at[:, None] - np.arange(many)
+        on, whole = np.where(ago >= 0, later[:, ago], 0.0), sums[:, at]
+        products, own = whole[:-1] - np.einsum("pl,mpl->mp", q, on[:-1]), whole[-1]
         tails, weights = q @ impulses, windows[places]
-        squares = squares - 2 * np.einsum("pl,pl->p", q, on[:, :, -1]) + np.einsum("pt,pt,pt->p", tails, tails, weights)
-        return products, squares, beside[places] - np.einsum("pt,pt->p", tails * step[:lasts], weights)
+        own = own - 2 * np.einsum("pl,pl->p", q, on[-1]) + np.einsum("pt,pt,pt->p", tails, tails, weights)
+        return products, own, beside[at] - np.einsum("pt,pt->p", tails * step[:lasts], weights)
 
     return from_places
 
@@ -170,8 +175,8 @@ def share(product, free, rows: int):
     return np.where(is_free, product / np.where(is_free, free, 1.0), 0.0)
 
 
-def place(now: Response, kind: str, i: int, r, hint: int = -1) -> Place | None:
-    """Return the likeliest place of a change and the odds that there is one.
+def place(now: Response, kind: str, i: int, r, hint: int = -1, least: float = -math.inf) -> Place | None:
+    """Return the likeliest place of a change and the odds that there is one; None where those are below ``least``.
 
     ``r`` (rows,) is what it has to explain; every sample near the ``hint`` is looked at, for a change whose onset says
     all leaves nothing to be seen between the places of a coarse look.
@@ -201,7 +206,8 @@ def place(now: Response, kind: str, i: int, r, hint: int = -1) -> Place | None:
     fine = apart(np.unique(np.concatenate([*looks, grid[best : best + 1]])), others)
     finer = scanned(fine)
     most = float(finer.max())
-    if not most > 0:
+    tried, paid = math.log(2 + len(now.b)), NUMBERS[kind] * 0.5 * math.log(n)
+    if not most > 0 or max(most, taken.max()) + ENDS - paid - tried < least:  # at most, with calm scores
         return None
     at = int(np.flatnonzero(finer >= (1 - ROUND_OFF) * most)[-1])  # of places without a row between them the last
     d, own = part_of(now, kind, i, int(fine[at]), r)
@@ -215,8 +221,8 @@ def place(now: Response, kind: str, i: int, r, hint: int = -1) -> Place | None:
     weight = width * np.exp(gain - gain.max())
     total = np.cumsum(weight) / weight.sum()
     first, middle, last = (int(where[min(int(np.searchsorted(total, q)), len(where) - 1)]) for q in (0.025, 0.5, 0.975))
-    whole = float(gain.max()) + math.log(weight.sum() / len(seen)) - NUMBERS[kind] * 0.5 * math.log(n)
-    odds, tried = whole, math.log(2 + len(now.b))
+    whole = float(gain.max()) + math.log(weight.sum() / len(seen)) - paid
+    odds = whole
     if kind == GAIN:  # what the level moves with it is no evidence that the gain did
         odds = min(odds, float(0.5 * share(own @ r, own @ own, n) * (own @ r)) / calm - 0.5 * math.log(n))
     slow, odds = odds - tried, min(odds, (float(finer[at]) - lone) / calm) - tried
@@ -293,6 +299,6 @@ def colourless(now: Response) -> Response:
     """Return a response whose noise is white, of the size of what is left."""
     if not len(now.f):
         return now
-    bare = replace(now, f=np.zeros(0), sigma=np.ones(len(now.used)), cache={"slopes": now.slopes()})
+    bare = replace(now, f=np.zeros(0), sigma=np.ones(len(now.used)), cache=now.of_mean())
     size = max(1.4826 * float(np.median(abs(bare.left))), now.record.floor, 1e-300)
-    return replace(bare, sigma=np.full(len(now.used), size), cache={"slopes": now.slopes()})
+    return replace(bare, sigma=np.full(len(now.used), size), cache=now.of_mean())

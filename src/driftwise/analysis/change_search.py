@@ -138,7 +138,7 @@ def alternatives(now: Response):
         seen: list[int] = []
         # a noise that was learnt beside a jump has taken it for its colour; beside none, what is slow looks like one
         for look, least in ((now, HOPE - SURE), (bare, SURE)):
-            found = place(look, kind, i, look.left)
+            found = place(look, kind, i, look.left, least=least)
             if found is None or found.log_odds < least or any(abs(found.at - at) < LEAST for at in seen):
                 continue
             result = tried(look, kind, i, found.at)
@@ -197,7 +197,7 @@ def abrupt(now: Response) -> list[tuple[int, float]]:
     T, reach = len(now.used), REACH + len(now.f)
     if now.record.is_scattered or T < 2 * (LEAST + reach):
         return []  # no onset is seen
-    whole = replace(now, used=np.isfinite(now.record.y), cache={"slopes": now.slopes()})
+    whole = replace(now, used=np.isfinite(now.record.y), cache=now.of_mean())
     z, weights = np.zeros(T), np.zeros((T, 1))
     z[whole.rows] = whole.left
     weights[whole.rows] = 1.0

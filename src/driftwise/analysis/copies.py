@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..models.filtering import linear_filter
+from ..models.filtering import filter_rows
 
 
 class Copies(NamedTuple):
@@ -17,8 +17,8 @@ class Copies(NamedTuple):
     places: tuple[tuple[int, int], ...]
 
     def filtered(self, b, a) -> Copies:
-        """Return them through the filter b/a, which is at rest before the record."""
-        return self._replace(signals=linear_filter(b, a, self.signals.T).T)
+        """Return them through the filter b/a, which is at rest before the record; a[0] is one."""
+        return self._replace(signals=filter_rows(np.asarray(b, float), np.asarray(a, float), self.signals))
 
     def only(self, places) -> Copies:
         """Return some of them."""

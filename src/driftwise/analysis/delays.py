@@ -42,9 +42,9 @@ def lagged_products(signals, spans) -> np.ndarray:
     if T < reach:
         return np.zeros((many, many))
     gaps = [~np.isfinite(x) for x in signals]
-    out = [_windows(gap, span, reach).any(axis=1) for gap, span in zip(gaps, spans) if gap.any()]
+    out = [_windows(gap, span, reach).any(axis=1) for gap, span in zip(gaps, spans) if gap[reach - span :].any()]
     if not out:
-        return _all_products(signals, spans)
+        return _all_products(signals, spans)  # what is before the first row is not looked at
     unknown = np.logical_or.reduce(out)
     signals = [np.where(gap, 0.0, x) for x, gap in zip(signals, gaps)]
     is_few = 2 * np.count_nonzero(unknown) < len(unknown)

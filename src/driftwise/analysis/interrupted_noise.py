@@ -55,6 +55,8 @@ def gaps(f, used) -> Gaps | None:
     >>> found.at, found.size.round(3), bool(np.isclose(found.size[0] ** 2, 1 + 0.5**2))
     (array([4]), array([1.118]), True)
     """
+    if used.all():
+        return None
     p, T = len(f), len(used)
     W = p + BACK
     many = W - 1 + p  # samples that have a part in the last W of z

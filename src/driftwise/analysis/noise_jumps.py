@@ -61,7 +61,7 @@ def noisy(now: Response) -> Response:
         inside = abs(r[(now.rows >= a) & (now.rows < b)])
         most = HUBER * 1.4826 * float(np.median(inside))
         shape[a:b] = max(float(np.sqrt(np.mean(np.minimum(inside, most) ** 2))), 1e-300)
-    return replace(now, sigma=np.maximum(shape, now.record.floor), cache={"slopes": now.slopes()}).settled(1)
+    return replace(now, sigma=np.maximum(shape, now.record.floor), cache=now.of_mean()).settled(1)
 
 
 def _noise(r, margin: int, floor: float) -> tuple[float, int, tuple[int, int]]:

@@ -49,15 +49,15 @@ class Response(Whitened):
         T, measured = len(self.record.y), np.isfinite(self.record.y)
         left = np.where(self.used, np.where(measured, self.record.y, 0.0) - self.mean, np.nan)
         f = self.colour(left)
-        now = replace(self, f=f, sigma=np.ones(T), cache={"slopes": self.slopes()})
+        now = replace(self, f=f, sigma=np.ones(T), cache=self.of_mean())
         shape = self.sigma / math.exp(float(np.mean(np.log(self.sigma))))
         s = now.left / shape[now.rows]
         sigma = max(1.4826 * float(np.median(abs(s))), 1e-300)
+        size = abs(s)
+        square, far = size * size, HUBER * size
         for _ in range(5):  # the deviation that makes Huber's loss least: the criterion does not feel its error
-            sigma = max(
-                float(np.sqrt(np.mean(s**2 * np.minimum(1.0, HUBER * sigma / np.maximum(abs(s), 1e-300))))), 1e-300
-            )
-        return replace(now, sigma=np.maximum(sigma * shape, self.record.floor), cache={"slopes": self.slopes()})
+            sigma = max(math.sqrt(np.add.reduce(np.minimum(square, sigma * far)) / max(len(s), 1)), 1e-300)
+        return replace(now, sigma=np.maximum(sigma * shape, self.record.floor), cache=self.of_mean())
 
     def colour(self, left) -> np.ndarray:
         """Return f of the noise that is left, (T,), NaN where not known."""
@@ -79,14 +79,14 @@ class Response(Whitened):
             first = far & ~np.append(False, far[:-1])
             if not first.any():
                 break
-            now, behind = replace(now, used=now.used & ~first, cache={"slopes": self.slopes()}), far & ~first
+            now, behind = replace(now, used=now.used & ~first, cache=self.of_mean()), far & ~first
         return now
 
     def with_all_near(self, at: int) -> Response:
         """Return the same with all samples about a change that were measured."""
         used, near = self.used.copy(), slice(max(at - ONSET, 0), at + ONSET)
         used[near] |= np.isfinite(self.record.y[near])
-        return replace(self, used=used, cache={name: self.cache[name] for name in ("slopes",) if name in self.cache})
+        return replace(self, used=used, cache=self.of_mean())
 
     def settled(self, times: int = 3) -> Response:
         """Return parameters, noise and outliers that fit each other."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from itertools import accumulate, pairwise, starmap
 from typing import Self
@@ -14,8 +14,8 @@ from .copies import Copies, copies
 from .response_record import Record, delayed
 
 PARTS = "bends", "gains", "shifts", "ramps", "start", "columns", "levels"  # of the numbers beside A and B, in order
-KEPT = "placed", "rows", "bridge", "gaps", "mixing", "deviations"  # of what is known, by others of its parts and noise
-INNER = "shifts", "start"  # parts of the mean that pass through 1/A without an input
+KEPT = "placed", "beside", "rows", "bridge", "gaps", "mixing", "deviations", "level"  # .. of its parts and noise
+OF_MEAN = "placed", "drives", "before", "inner", "beside", "mean"  # of what is known, by others of the same mean
 EDGE = 0.9998  # of a pole, at most
 RINGS = 8.0  # time constants of a pair that a record must hold
 
@@ -66,8 +66,17 @@ class Mean:
     def at(self, theta) -> Self:
         """Return the same with other parameters."""
         n, m = len(self.a), self.b.size
-        kept = {name: self.cache[name] for name in KEPT if name in self.cache}
+        kept = {name: self.cache[name] for name in self.kept if name in self.cache}
         return replace(self, a=theta[:n], b=theta[n : n + m].reshape(self.b.shape), more=theta[n + m :], cache=kept)
+
+    @property
+    def kept(self) -> tuple[str, ...]:
+        """What is known of others of its parts and noise, too."""
+        return KEPT if self.bent or self.moving else (*KEPT, "before")
+
+    def of_mean(self) -> dict:
+        """Return what is kept of the same mean beside another noise."""
+        return {name: self.cache[name] for name in OF_MEAN if name in self.cache}
 
     @property
     def is_stable(self) -> bool:
@@ -123,21 +132,10 @@ class Mean:
 
     # --- the mean and its slopes -------------------------------------------------------------------------------
 
-    def driven(self, i: int, x) -> np.ndarray:
-        """Return B_i of a signal, its delay included, before A."""
-        return np.convolve(self.numerator(i), x)[: len(x)]
-
     @property
-    def drives(self) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-        """Each input with its bends, what B makes of it, and the factor of its gain."""
-        if "drives" not in self.cache:
-            w = [self.moved(i) for i in range(len(self.b))]
-            self.cache["drives"] = [(x, self.driven(i, x), self.factor(i)) for i, x in enumerate(w)]
-        return self.cache["drives"]
-
-    def numerator(self, i: int) -> np.ndarray:
-        """Return B of an input with its delay."""
-        return np.concatenate([np.zeros(self.nk[i]), self.b[i]])
+    def moving(self) -> set[int]:
+        """The inputs whose gain changes."""
+        return {*(i for i, _ in self.gains), *self.ramps}
 
     @property
     def denominator(self) -> np.ndarray:
@@ -149,55 +147,74 @@ class Mean:
         u = self.record.u[:, i]
         return u + self.bend(i) @ self.record.shapes[i] if i in self.bent else u
 
-    def before(self) -> Copies:
-        """Return what passes through 1/A for each number of B and of ``more`` up to the start, (T,) each."""
-        T, drives = len(self.record.y), self.drives
-        t, moving = np.arange(T), {*(i for i, _ in self.gains), *self.ramps}
-        found: list[tuple[np.ndarray, Iterable[int]]] = []
-        for i, ((w, _, factor), d) in enumerate(zip(drives, self.nk)):
-            lags = range(d, d + self.b.shape[1])
-            found += [(factor * delayed(w, lag), (0,)) for lag in lags] if i in moving else [(w, lags)]
-        found += [(drives[i][2] * self.driven(i, shape), (0,)) for i in self.bent for shape in self.record.shapes[i]]
-        found += [(drives[i][1] * (t >= since), (0,)) for i, since in self.gains]
-        found += [((t >= since).astype(float), (0,)) for _, since in self.gains]
-        found += [(drives[i][1] * (t / T - 1), (0,)) for i in self.ramps]
-        return copies([*found, (np.eye(1, T)[0], range(len(self.a)))])
+    def driven(self, i: int, x) -> np.ndarray:
+        """Return B_i of a signal, its delay included, before A."""
+        found, d = np.zeros(len(x)), min(self.nk[i], len(x))
+        found[d:] = np.convolve(self.b[i], x[: len(x) - d])[: len(x) - d]
+        return found
 
-    def slopes(self) -> tuple[Copies, np.ndarray]:
-        """Return the mean's derivative by each parameter, and the mean itself, (T,)."""
-        if "slopes" in self.cache:
-            return self.cache["slopes"]
-        T, A, before = len(self.record.y), self.denominator, self.before()
-        whole = sum((factor * m for _, m, factor in self.drives), np.zeros(T))
-        inner, *after = linear_filter([1.0], A, np.vstack([whole, before.signals]).T).T
-        at, first, level = self.placed(), self.b.size, self.beside
-        for part in (at[name] for name in INNER):
-            for value, (k, late) in zip(self.more[part], before.places[first + part.start : first + part.stop]):
-                inner[late:] += value * after[k][: T - late]
-        again = linear_filter([1.0], A, inner)
-        places = [(0, j) for j in range(1, len(self.a) + 1)] + [(1 + k, late) for k, late in before.places]
-        places += [(1 + len(after) + j, 0) for j in range(len(level))]
-        slopes = Copies(np.vstack([-again, *after, level]), tuple(places))
-        self.cache["slopes"] = slopes, inner + self.more[at["columns"].start :] @ level
-        return self.cache["slopes"]
+    @property
+    def drives(self) -> list[np.ndarray]:
+        """What B makes of each input with its bends."""
+        if "drives" not in self.cache:
+            self.cache["drives"] = [self.driven(i, self.moved(i)) for i in range(len(self.b))]
+        return self.cache["drives"]
+
+    @property
+    def before(self) -> Copies:
+        """What passes through 1/A for each number of B and of ``more`` up to the start, (T,) each."""
+        if "before" not in self.cache:
+            self.cache["before"] = copies(list(self._before()))
+        return self.cache["before"]
+
+    def _before(self) -> Iterator[tuple[np.ndarray, Iterable[int]]]:
+        T, moving = len(self.record.y), self.moving
+        t = np.arange(T)
+        for i, d in enumerate(self.nk):
+            w, lags = self.moved(i), range(d, d + self.b.shape[1])
+            if i in moving:
+                factor = self.factor(i)
+                yield from ((factor * delayed(w, lag), (0,)) for lag in lags)
+            else:
+                yield w, lags
+        for i in self.bent:
+            factor = self.factor(i)
+            yield from ((factor * self.driven(i, shape), (0,)) for shape in self.record.shapes[i])
+        yield from ((self.drives[i] * (t >= since), (0,)) for i, since in self.gains)
+        yield from (((t >= since).astype(float), (0,)) for _, since in self.gains)
+        yield from ((self.drives[i] * (t / T - 1), (0,)) for i in self.ramps)
+        yield np.eye(1, T)[0], range(len(self.a))
+
+    @property
+    def inner(self) -> np.ndarray:
+        """What comes out of 1/A, (T,)."""
+        if "inner" not in self.cache:
+            x, at = np.zeros(len(self.record.y)), self.placed()
+            for i, driven in enumerate(self.drives):
+                x += self.factor(i) * driven if i in self.moving else driven
+            for (_, since), shift in zip(self.gains, self.more[at["shifts"]]):
+                x[since:] += shift
+            x[: len(self.a)] += self.more[at["start"]]
+            self.cache["inner"] = linear_filter([1.0], self.denominator, x)
+        return self.cache["inner"]
 
     @property
     def beside(self) -> np.ndarray:
         """What moves the level by itself, (m, T): columns and steps."""
-        t = np.arange(len(self.record.y))
-        return np.vstack([self.columns, *((t >= since).astype(float) for since in self.levels)])
+        if "beside" not in self.cache:
+            t = np.arange(len(self.record.y))
+            self.cache["beside"] = np.vstack([self.columns, *((t >= since).astype(float) for since in self.levels)])
+        return self.cache["beside"]
 
     @property
     def mean(self) -> np.ndarray:
         """What y is without noise, (T,)."""
-        if "slopes" in self.cache:
-            return self.cache["slopes"][1]
         if "mean" not in self.cache:
-            T, at = len(self.record.y), self.placed()
-            x = sum((factor * m for _, m, factor in self.drives), np.zeros(T))
-            for (_, since), shift in zip(self.gains, self.more[at["shifts"]]):
-                x[since:] += shift
-            x[: len(self.a)] += self.more[at["start"]]
-            self.cache["mean"] = linear_filter([1.0], self.denominator, x)
-            self.cache["mean"] += self.more[at["columns"].start :] @ self.beside
+            self.cache["mean"] = self.inner + self.more[self.placed()["columns"].start :] @ self.beside
         return self.cache["mean"]
+
+    def slopes(self) -> Copies:
+        """Return what passes through 1/A for the mean's derivative by each parameter but those of `beside`."""
+        before = self.before
+        places = [(0, j) for j in range(1, len(self.a) + 1)] + [(1 + k, late) for k, late in before.places]
+        return Copies(np.vstack([-self.inner, before.signals]), tuple(places))

@@ -125,12 +125,25 @@ class Whitened(Mean):
 
     def jacobian(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the slopes there, (rows, P), weighted, in units of their own sizes, and these."""
-        J = self.scaled(self.slopes()[0].filtered(self.white, [1.0]).at(self.needed)).T
-        J *= self.weight[:, None]
-        size = np.sqrt(np.einsum("ij,ij->j", J, J))
+        J = self.steep()
+        size = np.sqrt(np.einsum("ij,ij->i", J, J))
         size = np.where(size > 0, size, 1.0)
-        J /= size
-        return J, size
+        J /= size[:, None]
+        return J.T, size
+
+    def steep(self) -> np.ndarray:
+        """Return the slopes there, (P, rows), weighted."""
+        own = self.slopes().filtered(self.white, self.denominator).at(self.needed)
+        J = np.concatenate([self.scaled(own), self.level])
+        J *= self.weight
+        return J
+
+    @property
+    def level(self) -> np.ndarray:
+        """What moves the level by itself, (m, rows), in deviations of white noise."""
+        if "level" not in self.cache:
+            self.cache["level"] = self.whitened(self.beside)
+        return self.cache["level"]
 
     @property
     def basis(self) -> np.ndarray:

@@ -201,8 +201,16 @@ def starts(last: Response, n: int) -> list[np.ndarray]:
 
 def tried_at(start: Response, poles, m: int) -> Response:
     """Return the best response with such poles; its delays are looked for where ``start`` has no dynamics."""
-    a = np.real(np.poly(poles))[1:]
+    a = polynomial(poles)
     return linear(start, a, start.nk if len(start.a) else delays(start, a, start.nk, m), m)
+
+
+def polynomial(poles) -> np.ndarray:
+    """Return a1, .. of the polynomial with such roots, (n,)."""
+    a = [1.0 + 0.0j]
+    for pole in poles.tolist():
+        a = [now - pole * before for now, before in zip([*a, 0.0], [0.0, *a])]
+    return np.real(a[1:])
 
 
 def linear(start: Response, a, nk, m: int) -> Response:
@@ -215,9 +223,10 @@ def linear(start: Response, a, nk, m: int) -> Response:
     found = replace(start, a=np.asarray(a), b=np.ones((k, m)), nk=tuple(nk), more=more, cache=start.of_noise())
     size, first = found.b.size, found.placed()["start"].start
     y, level = whitened_before(start)
-    every, needed = found.before(), found.needed
-    own = every.only(every.places[:size] + every.places[size + first :]).filtered(found.white, found.denominator)
-    X = found.scaled(np.vstack([own.at(needed), level[:, needed]])).T
+    every, needed = found.before, found.needed
+    own = every.only(every.places[:size] + every.places[size + first :]) if first else every
+    own = own.filtered(found.white, found.denominator)
+    X = found.scaled(np.concatenate([own.at(needed), level[:, needed]])).T
     y = found.scaled(y[needed])
     value = least_squares(X, y)
     r = abs(y - X @ value)
@@ -231,11 +240,11 @@ def linear(start: Response, a, nk, m: int) -> Response:
 
 def whitened_before(start: Response) -> tuple[np.ndarray, np.ndarray]:
     """Return the outputs, zero where not used, and what moves their level, (m, T), filtered by the noise: for all A."""
-    if "before" not in start.cache:
+    if "whitened" not in start.cache:
         signals = np.vstack([np.where(start.used, start.record.y, 0.0), start.beside])
         signals = linear_filter(start.white, [1.0], signals.T).T
-        start.cache["before"] = signals[0], signals[1:]
-    return start.cache["before"]
+        start.cache["whitened"] = signals[0], signals[1:]
+    return start.cache["whitened"]
 
 
 def delays(now: Response, a, nk, m: int) -> tuple[int, ...]:

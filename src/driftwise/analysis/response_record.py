@@ -9,7 +9,6 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from ..engine.validation import deviation
-from .delays import lagged
 from .held_model import filled
 
 HUBER, FAR = 2.5, 5.0  # deviations beyond which a sample counts less, beyond which it is an outlier
@@ -18,6 +17,7 @@ COLOUR = 8  # past values of the noise by which it is whitened, at most
 HALF = 0.5  # of the samples, which whitening by past values must leave
 FLOOR = 1e-4  # of the deviation of y, below which noise is none
 TOLD = 1e-14  # of what is told best, squared: a direction of less is not told by a record
+CLEAR = 1e-4  # the least pivot from which all is told
 LAGS, SHARE = 200, 8  # lags of the correlation of scores at most, and as a share of them
 
 
@@ -95,10 +95,20 @@ def least_squares(X, y) -> np.ndarray:
 
     By the normal equations of columns of one size: a fifth of the time of singular values of X, and half the digits.
     """
-    G, g = X.T @ X, X.T @ y
+    return solved(X.T @ X, X.T @ y)
+
+
+def solved(G, g) -> np.ndarray:
+    """Return the solution of normal equations G (P, P), g (P,): zero in directions that are hardly told."""
+    from scipy.linalg.lapack import dposv
+
     size = np.sqrt(np.diag(G))
     size = np.maximum(size, max(1e-8 * size.max(initial=0.0), 1e-150))
-    value, vector = np.linalg.eigh(G / size / size[:, None])
+    G = G / size / size[:, None]
+    U, x, trouble = dposv(G, g / size)
+    if not trouble and U.diagonal().min(initial=1.0) > CLEAR:
+        return x / size
+    value, vector = np.linalg.eigh(G)
     told = value > TOLD * value[-1:]
     V = vector[:, told]
     return V @ (V.T @ (g / size) / value[told]) / size
@@ -106,26 +116,47 @@ def least_squares(X, y) -> np.ndarray:
 
 def autoregression(v, most: int) -> np.ndarray:
     """Return f of v(t) = -f1 v(t-1) .. + e, as many as Schwarz's criterion asks for; v is NaN where not known."""
-    most = min(most, max(len(v) // 30, 0))
     known = np.isfinite(v)
-    X = lagged(v, range(1, most + 1))
-    for p in range(most, 0, -1):
-        use = np.isfinite(X[:, :p]).all(axis=1) & known
-        if use.sum() > HALF * known.sum():
-            break
-    else:
+    X = regressors(v, known, min(most, max(len(v) // 30, 0)))
+    if len(X) < 2:
         return np.zeros(0)
-    X, y = X[use, :p], v[use]
-    G, g, power = X.T @ X, X.T @ y, float(y @ y)
-    q = np.arange(1, p + 1)
-    first = np.tri(p)  # the first lag alone, the first two, ..
+    whole = X @ X.T
+    G, g, power, n = whole[1:, 1:], whole[0, 1:], float(whole[0, 0]), X.shape[1]
+    q = np.arange(1, len(X))
+    f = ahead(G, g)
+    left = np.maximum(power - f @ g, TOLD * power)
+    value = np.log(left / n + 1e-300) * n + q * math.log(n)
+    best = int(np.argmin(value))
+    return -f[best, : best + 1] if value[best] < math.log(power / n + 1e-300) * n else np.zeros(0)
+
+
+def regressors(v, known, most: int) -> np.ndarray:
+    """Return v(t), v(t - 1), .. (1 + p, n) where all are known: ``most`` lags, or as many as leave `HALF` of them."""
+    uses = [known]
+    while len(uses) <= most:
+        p = len(uses)
+        use = np.zeros(len(v), bool)
+        use[p:] = uses[-1][p:] & known[:-p]
+        if np.count_nonzero(use) <= HALF * np.count_nonzero(known):
+            break
+        uses.append(use)
+    rows = np.flatnonzero(uses[-1])
+    return np.array([v[rows - lag] for lag in range(len(uses))])
+
+
+def ahead(G, g) -> np.ndarray:
+    """Return the least squares of normal equations G (p, p), g (p,) of the first unknown, the first two, .., (p, p)."""
+    from scipy.linalg.lapack import dpotrf, dtrtri
+
+    size = np.sqrt(np.maximum(G.diagonal(), 1e-300))
+    U, trouble = dpotrf(G / size / size[:, None])
+    if not trouble and U.diagonal().min() > CLEAR:  # the first unknowns have the first rows and columns of U
+        inverse, _ = dtrtri(U)
+        return np.cumsum((g / size @ inverse) * inverse, axis=1).T / size
+    first = np.tri(len(g))
     root, V = np.linalg.eigh(first[:, :, None] * first[:, None] * G)
     told = root > TOLD * root[:, -1:]
-    f = (V @ np.where(told, (g @ V) / np.where(told, root, 1.0), 0.0)[:, :, None])[..., 0]
-    left = np.maximum(power - f @ g, TOLD * power)
-    value = np.log(left / len(y) + 1e-300) * len(y) + q * math.log(len(y))
-    best = int(np.argmin(value))
-    return -f[best, : best + 1] if value[best] < math.log(power / len(y) + 1e-300) * len(y) else np.zeros(0)
+    return (V @ np.where(told, (g @ V) / np.where(told, root, 1.0), 0.0)[:, :, None])[..., 0]
 
 
 def huber(r) -> float:

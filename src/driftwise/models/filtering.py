@@ -19,9 +19,20 @@ def linear_filter(b, a, x) -> np.ndarray:
     """
     b, a, x = (np.asarray(values, float) for values in (b, a, x))
     rows = np.ascontiguousarray(x.reshape(len(x), -1).T)
-    y = np.empty(rows.shape)
-    compile.function(run_filter, 1, 1, 2, 2)(b / a[0], a / a[0], rows, y)
-    return y.T.reshape(x.shape)
+    return filter_rows(b / a[0], a / a[0], rows).T.reshape(x.shape)
+
+
+def filter_rows(b, a, x) -> np.ndarray:
+    """Return the same of rows ``x`` (k, T), contiguous; a[0] is one.
+
+    Examples
+    --------
+    >>> filter_rows(np.array([0.0, 1.0]), np.array([1.0, -0.5]), np.array([[1.0, 0.0, 0.0], [0.0, 2.0, 0.0]])).tolist()
+    [[0.0, 1.0, 0.5], [0.0, 0.0, 2.0]]
+    """
+    y = np.empty(x.shape)
+    compile.function(run_filter, 1, 1, 2, 2)(b, a, x, y)
+    return y
 
 
 def run_filter(b, a, x, y):
