@@ -7,7 +7,10 @@ from driftwise_studies.score.claims.simulation import record
 from scipy.signal import lfilter
 
 from driftwise.analysis.change_log import ChangeLog, moved
-from driftwise.analysis.change_places import effects, scanner, share
+from driftwise.analysis.change_places import effects, place, scanner, share
+from driftwise.analysis.noise_jumps import SURE
+from driftwise.analysis.response_orders import begin
+from driftwise.analysis.response_record import recorded
 from driftwise.analysis.segmentation import GAIN, LEVEL, NOISE, Jump, hindsight
 
 
@@ -247,3 +250,13 @@ def test_a_gain_just_after_a_level_is_told_beside_it_where_it_was(seed):
     told = {jump.kind: jump for jump in found(*resting(654, seed, level=-1.2))}
     assert {LEVEL, GAIN} == set(told)
     assert abs(told[LEVEL].at - 640) < 3 and abs(told[GAIN].at - 654) < 10
+
+
+def test_places_that_are_left_early_have_no_odds():
+    for seed in range(6):
+        now = begin(recorded(*plant(seed, samples=300, level=0.02 * seed, at=150))[0])
+        for kind in (LEVEL, GAIN):
+            whole = place(now, kind, 0, now.left)
+            assert place(now, kind, 0, now.left, least=whole.log_odds) == whole
+            early = place(now, kind, 0, now.left, least=SURE)
+            assert early == whole if whole.log_odds > SURE else early in (None, whole)

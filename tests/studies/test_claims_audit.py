@@ -273,3 +273,7 @@ def test_who_is_not_told_the_date_needs_more_and_dates_nothing_while_the_sensor_
         assert checking.is_attainable(other, 0) is wanted
         stuck = replace(other, plant=replace(plant, stuck=(560, 100)))
         assert not checking.is_attainable(stuck, 0)
+
+
+def test_a_plant_whose_first_poles_leave_no_room_for_another_is_drawn_anew():
+    assert len(draw(20261127, 10).poles) == 3

@@ -52,7 +52,7 @@ def missed(now: Response, cells) -> np.ndarray:
     now = replace(now, used=np.isfinite(now.record.y), cache={})
     ways, sizes = [], []
     for i, (x, lost) in enumerate(zip(now.record.u.T, cells.T)):
-        answer = linear_filter(now.numerator(i), now.denominator, np.eye(1, T)[0])
+        answer = linear_filter([1.0], now.denominator, now.driven(i, np.eye(1, T)[0]))
         ways.append(later(now, answer[:, None], np.flatnonzero(lost)[:, None]))
         sizes.append(np.full(np.count_nonzero(lost), between(np.where(lost, np.nan, x))))
     D, prior = np.vstack(ways), np.concatenate(sizes)

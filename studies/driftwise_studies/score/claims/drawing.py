@@ -10,6 +10,7 @@ from .plant import TROUBLES, Jump, Plant
 
 LONGEST = 60  # samples of delay
 MANY = 4  # troubles at once, at most
+TRIES = 1000  # poles that are drawn in vain until all are drawn anew
 
 
 def draw(seed: int, number: int) -> Plant:
@@ -45,7 +46,7 @@ def draw(seed: int, number: int) -> Plant:
 
 def _poles(rng, n: int, slow: float) -> tuple[complex, ...]:
     """Return poles with time constants of 2 to 25 samples, real ones or pairs, apart from each other."""
-    found: list[complex] = []
+    found, rejected = list[complex](), 0
     while len(found) < n:
         tau = slow * np.exp(rng.uniform(np.log(2), np.log(25)))
         radius = float(np.exp(-1 / tau))
@@ -54,6 +55,8 @@ def _poles(rng, n: int, slow: float) -> tuple[complex, ...]:
             found += [complex(p), complex(p.conjugate())]
         elif all(abs(radius - abs(p)) > 0.03 for p in found):
             found.append(complex(radius))
+        elif (rejected := rejected + 1) % TRIES == 0:  # two slow poles may leave no room for a third
+            found.clear()
     return tuple(found)
 
 
