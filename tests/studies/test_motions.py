@@ -5,8 +5,10 @@ import math
 import numpy as np
 import pytest
 from driftwise_studies.score.motions import crowd, draw, patches, simulate
+from driftwise_studies.score.motions.exact import exact, report
 from driftwise_studies.score.motions.field import Total, by_kind, by_trouble
 from driftwise_studies.score.motions.jets import alone, imm
+from driftwise_studies.score.motions.laws import ACROSS, ALONG, STRAIGHT, Law, Legs, move
 from driftwise_studies.score.motions.measured import one, onsets, play, runs
 from driftwise_studies.score.motions.scene import ALONE, KINDS, Scene, Sensor
 from driftwise_studies.score.motions.simulation import Path
@@ -129,3 +131,45 @@ def test_patches_return_what_they_say():
     scans, places = patches.returns(rng, strip, 2000)
     assert len(scans) == pytest.approx(5000, abs=250) and places[:, 1].std() == pytest.approx(1.0, abs=0.1)
     assert places[:, 0].std() == pytest.approx(90 / math.sqrt(12), rel=0.05)
+
+
+@pytest.mark.parametrize("mode", [STRAIGHT, ALONG, ACROSS])
+def test_legs_end_within_a_scan_as_often_as_the_law_says(mode):
+    n, rng, law = 20_000, np.random.default_rng(3), Law(KINDS["glider"], 4.0)
+    sign = np.where(np.arange(n) % 2, 1.0, -1.0)
+    legs = Legs(
+        np.full(n, mode), np.full(n, 40.0 if mode == STRAIGHT else 0.7), sign, np.ones(n, int), np.zeros(n, bool)
+    )
+    x = np.tile([0.0, 20.0, 0.0, 15.0, math.log(3.0)], (n, 1))
+    share = law.share_ending(legs, x, 2.5)
+    ended = law.remaining(legs, x, rng.random(n)) < 2.5
+    assert 0.02 < share.mean() < 0.98
+    assert [ended[sign > 0].mean(), ended[sign < 0].mean()] == pytest.approx([share[1], share[0]], abs=0.015)
+
+
+def test_a_turn_is_a_circle_and_hurry_is_along_the_way():
+    legs = Legs(np.array([ACROSS, ALONG]), np.zeros(2), np.array([1.0, -1.0]), np.ones(2, int), np.zeros(2, bool))
+    at = move(
+        legs,
+        np.array([[0.0, 0.0, 0.0, 20.0, math.log(2.0)], [0.0, 16.0, 0.0, 12.0, math.log(2.0)]]),
+        np.array([5.0, 5.0]),
+    )
+    turned = 2.0 / 20.0 * 5.0
+    assert at[0, :4] == pytest.approx(
+        [200 * (1 - math.cos(turned)), 20 * math.sin(turned), 200 * math.sin(turned), 20 * math.cos(turned)]
+    )
+    assert at[1, :4] == pytest.approx([60.0, 8.0, 45.0, 6.0])  # 75 m, from 20 to 10 m/s
+
+
+def test_who_knows_the_laws_of_a_motion_knows_where_plots_lie():
+    scores = []
+    for k in (1, 2, 4):  # a flight and two drones
+        drawn = alone(draw(0, k))
+        seen = simulate(drawn).plots
+        said = exact(drawn, seen.time, seen.position, 300)
+        scores.append(np.mean(said.normal_score[3:] ** 2))
+    assert np.mean(scores) == pytest.approx(1.0, abs=0.12)
+    words = report(np.array([[40.0, 1.0, 1.0, 0.4, 1.0, 2.0, 1.0], [60.0, 9.0, 3.0, 1.0, 1.0, 1.0, 1.0]]))
+    assert words.splitlines()[2].startswith(
+        "| 30 to 999 | 2 | 1 | 0.500 | 5.00 | 0.500 | 0.500 | 1.000 | 0.500 | 1.000 |"
+    )
