@@ -277,6 +277,9 @@ def factor(P):
     given = np.array(P, float)
     P, N = given.copy(), len(given)
     U, D = np.eye(N), np.zeros(N)
+    own = np.diag(P)
+    if np.count_nonzero(P) == np.count_nonzero(own) and np.all((own >= 0) & (own < np.inf)):
+        return U, own.copy()
     size = np.sqrt(np.diag(P).clip(0))  # Cauchy-Schwarz: |P_ij| <= size_i size_j
     slack = 8 * N * np.finfo(float).eps
     for j in range(N - 1, -1, -1):

@@ -40,7 +40,7 @@ def one_of(name, value, words) -> str:
 def positive(name, value) -> float:
     """Return a positive finite number."""
     is_number = isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
-    if not (is_number and np.isfinite(value) and value > 0):
+    if not (is_number and 0 < value < math.inf):
         raise InputError(f"{name} must be a positive finite number, got {value!r}")
     return float(value)
 
@@ -54,7 +54,8 @@ def share(name, value, what="a share") -> float:
 
 def size(name, value) -> float:
     """Return a typical size of data, of which the kernel can take the square."""
-    return float(_sizes(name, np.array(positive(name, value)), value))
+    number = positive(name, value)
+    return number if 1 / LARGEST <= number <= LARGEST else float(_sizes(name, np.array(number), value))
 
 
 def sizes(name, value, size) -> np.ndarray:
@@ -78,6 +79,8 @@ def deviation(values) -> float:
 
 
 def _sizes(name, numbers, value):
+    if np.all((numbers >= 1 / LARGEST) & (numbers <= LARGEST)):
+        return numbers
     if np.any(numbers <= 0):
         raise InputError(f"{name} must be positive, got {value!r}")
     if np.any((numbers < 1 / LARGEST) | (numbers > LARGEST)):
