@@ -260,3 +260,10 @@ def test_places_that_are_left_early_have_no_odds():
             assert place(now, kind, 0, now.left, least=whole.log_odds) == whole
             early = place(now, kind, 0, now.left, least=SURE)
             assert early == whole if whole.log_odds > SURE else early in (None, whole)
+
+
+def test_a_gain_that_stands_for_a_level_just_before_as_well_is_told_as_both():
+    plant = draw(0, 463)
+    told = {jump.kind: jump for jump in found(record(plant, 0).y, record(plant, 0).u)}
+    assert {LEVEL, GAIN} <= set(told)
+    assert abs(told[LEVEL].at - plant.jumps[0].at) < 3 and abs(told[GAIN].at - plant.jumps[1].at) < 12

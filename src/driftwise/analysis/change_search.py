@@ -31,7 +31,7 @@ def kinds(now: Response) -> list[tuple[str, int]]:
 def searched(now: Response) -> Response:
     """Return a response with all that it asks for; where something was added, its order is chosen again."""
     for _ in range(2):
-        before, now = now.parts, noisy(changed(noisy(now)))
+        before, now = now.parts, noisy(split(changed(noisy(now))))
         if now.parts == before:
             break
         if (
@@ -58,6 +58,23 @@ def changed(now: Response) -> Response:
             break  # they have gone astray
         _, now = max((pair for pair in sure if pair[1].criterion < least + EVEN), key=lambda pair: pair[0])
         best = min(best, now, key=lambda one: one.criterion)
+    return best
+
+
+def split(now: Response) -> Response:
+    """Return a response with a level and a gain in the place of a gain that stood for both, where that is likelier."""
+    best = now
+    for j, (i, since) in enumerate(now.gains):
+        less = now.without("gains", j).settled(1)
+        level = place(less, LEVEL, 0, less.left)
+        steps = [*abrupt(less), *([(level.at, 0.0)] if level is not None else [])]
+        for at in {at for at, _ in steps if abs(at - since) < NEAR}:
+            one = tried(less, LEVEL, 0, at)
+            where = one and place(one[1], GAIN, i, one[1].left)
+            two = where and tried(one[1], GAIN, i, where.at)
+            if where and two and two[0] > SURE:
+                both = sharpened(two[1].settled(1), "gains", len(two[1].gains) - 1, where.interval)
+                best = min(best, both, key=lambda one: one.dated_criterion)
     return best
 
 
@@ -98,6 +115,11 @@ def near(now: Response, part: str, j: int) -> Iterator[tuple[str, int]]:
         for k in range(len(getattr(now, other))):
             if (other, k) != (part, j) and abs(date(now, other, k) - date(now, part, j)) < NEAR:
                 yield other, k
+
+
+def dates(now: Response) -> list[int]:
+    """Return the first samples of all changes."""
+    return [*now.levels, *(since for _, since in now.gains)]
 
 
 def date(now: Response, part: str, j: int) -> int:
@@ -161,7 +183,8 @@ def alternatives(now: Response):
 def tried(now: Response, kind: str, i: int, at: int, size: float = 0.0):
     """Return the log odds of a change, once all else is fitted with it, and that response."""
     found: Place | None = None
-    now = now.with_all_near(at)
+    about = [at, *(one for one in dates(now) if abs(one - at) < NEAR)]
+    now = now.with_all_near(min(about), max(about))  # what lasts but from one change to the next looks like outliers
     for _ in range(2):
         other = (now.with_level(at, size) if kind == LEVEL else now.with_gain(i, at, size)).settled(1)
         part, j = ("levels", len(now.levels)) if kind == LEVEL else ("gains", len(now.gains))

@@ -82,9 +82,9 @@ class Response(Whitened):
             now, behind = replace(now, used=now.used & ~first, cache=self.of_mean()), far & ~first
         return now
 
-    def with_all_near(self, at: int) -> Response:
-        """Return the same with all samples about a change that were measured."""
-        used, near = self.used.copy(), slice(max(at - ONSET, 0), at + ONSET)
+    def with_all_near(self, at: int, to: int = 0) -> Response:
+        """Return the same with all samples about a change, or from one to another, that were measured."""
+        used, near = self.used.copy(), slice(max(at - ONSET, 0), max(at, to) + ONSET)
         used[near] |= np.isfinite(self.record.y[near])
         return replace(self, used=used, cache=self.of_mean())
 

@@ -1,4 +1,4 @@
-"""Changes that are told where none is: plants whose level wanders as no model of the library does.
+"""Changes that are told where none comes at once: plants whose level, or gain, wanders as no model of the library does.
 
 Run: python -m driftwise_studies.score.claims.wander                 the records to choose by (seed 0)
      python -m driftwise_studies.score.claims.wander --judge         those of the last commit; into docs/judged.md
@@ -6,7 +6,8 @@ Options: --records 60, of each kind
 
 Plants, inputs and noise are those of the claims (`drawing`), without their troubles. To the output are added a quarter
 to one of its deviations of: a slow process of the first order (its time a twentieth to a third of the record), long
-memory (fractional noise; Granger and Joyeux, 1980), or a season whose amplitude is such a slow process.
+memory (fractional noise; Granger and Joyeux, 1980), or a season whose amplitude is such a slow process; or the gain of
+the first input is such a process about its value, with a deviation of a twentieth to a quarter of it.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from collections import Counter
 from collections.abc import Callable
 
 import numpy as np
-from scipy.signal import lfilter
+from scipy.signal import fftconvolve, lfilter
 
 from driftwise.analysis.segmentation import hindsight
 from driftwise.engine.errors import InputError
@@ -25,7 +26,7 @@ from driftwise.engine.errors import InputError
 from ..worlds import judged
 from .drawing import draw
 from .plant import Plant
-from .simulation import record
+from .simulation import numerator, record
 
 DYNAMICS = (
     "samples", "dt", "poles", "numerators", "gains", "delays", "excitation", "level", "snr", "noise", "rho",
@@ -42,7 +43,7 @@ def long_memory(rng, T: int) -> np.ndarray:
     """Return fractional noise (1 - q)^-d e, (T,), of deviation one, with d from 0.3 to 0.45."""
     d, k = rng.uniform(0.3, 0.45), np.arange(1, 2 * T)
     weights = np.cumprod(np.append(1.0, (k - 1 + d) / k))
-    x = np.convolve(rng.standard_normal(3 * T), weights)[2 * T : 3 * T]
+    x = fftconvolve(rng.standard_normal(3 * T), weights)[2 * T : 3 * T]
     return x / x.std()
 
 
@@ -52,7 +53,8 @@ def swelling(rng, T: int) -> np.ndarray:
     return np.cos(angle) * (1 + 0.5 * slow(rng, T)) + 0.5 * np.sin(angle) * slow(rng, T)
 
 
-KINDS: dict[str, Callable] = {"slow process": slow, "long memory": long_memory, "season that swells": swelling}
+LEVELS: dict[str, Callable] = {"slow process": slow, "long memory": long_memory, "season that swells": swelling}
+KINDS = (*LEVELS, "gain")
 
 
 def wandering(seed: int, number: int, kind: str):
@@ -60,8 +62,10 @@ def wandering(seed: int, number: int, kind: str):
     plant = draw(seed, number)
     plant = Plant(number, frozenset(), *(getattr(plant, name) for name in DYNAMICS))
     data, rng = record(plant, seed), np.random.default_rng([seed, number, 26])
-    size = data.unit * rng.uniform(0.25, 1.0)
-    return data.y + size * KINDS[kind](rng, plant.samples), data.u
+    if kind == "gain":
+        moved = lfilter(numerator(plant, 0), [1.0], data.u[:, 0]) * rng.uniform(0.05, 0.25) * slow(rng, plant.samples)
+        return data.y + lfilter([1.0], plant.a, moved), data.u
+    return data.y + data.unit * rng.uniform(0.25, 1.0) * LEVELS[kind](rng, plant.samples), data.u
 
 
 def table(seed: int, records: int) -> str:
