@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 from driftwise_studies.score.claims.drawing import draw
 from driftwise_studies.score.claims.simulation import record
+from driftwise_studies.score.claims.wander import wandering
 from scipy.signal import lfilter
 
+from driftwise.analysis import segmentation
 from driftwise.analysis.change_log import ChangeLog, moved
 from driftwise.analysis.change_places import effects, place, scanner, share
 from driftwise.analysis.noise_jumps import SURE
@@ -267,3 +269,11 @@ def test_a_gain_that_stands_for_a_level_just_before_as_well_is_told_as_both():
     told = {jump.kind: jump for jump in found(record(plant, 0).y, record(plant, 0).u)}
     assert {LEVEL, GAIN} <= set(told)
     assert abs(told[LEVEL].at - plant.jumps[0].at) < 3 and abs(told[GAIN].at - plant.jumps[1].at) < 12
+
+
+@pytest.mark.parametrize("number", [3, 17])
+def test_a_gain_that_wanders_is_not_told_to_have_jumped(number, monkeypatch):
+    seen = hindsight(*wandering(0, number, "gain"))
+    assert not seen.jumps()
+    monkeypatch.setattr(segmentation, "is_sudden", lambda *_: True)
+    assert seen.jumps()  # by their odds alone

@@ -19,6 +19,7 @@ EDGE = 8  # part of a short record at its ends, in which no change is looked for
 APART = 10  # samples between two changes
 PLACES, NEAR = 64, 64  # at which a change is looked for, and about the likeliest of them
 LIKELY = 10.0  # nats from the likeliest place within which others are looked at as closely
+WAVES, WALKS = 30, (-12.0, 6.0, 40)  # of a walk; the logarithms of its variances that are weighed
 ROUND_OFF = 1e-9  # of what a change takes
 ENDS = 0.5  # log odds that the ends of a grid may add
 LEVEL, GAIN = "level", "gain"
@@ -275,6 +276,25 @@ def beside_shock(now: Response, at: int) -> float:
             size = float(share(way @ now.left, way @ way, 1))
             least = min(least, huber(now.left - size * way))
     return least
+
+
+def walked(now: Response, part: str, j: int, calm: float) -> float:
+    """Return the log odds, to those of `Place.whole`, that what changed walked: a random walk of its level or gain.
+
+    Its cosines over the record, of deviations that fall as 1/k, are weighed by the variance under which they are
+    likeliest (a marginal likelihood); by Schwarz's criterion it costs what the numbers of a jump cost.
+    """
+    other, T, k = now.without(part, j).refined(), len(now.used), np.arange(1, WAVES + 1)[:, None]
+    waves = np.cos(np.pi * k * (np.arange(T) + 0.5) / T) / k
+    if part == "gains":
+        i = now.gains[j][0]
+        waves = linear_filter([1.0], other.denominator, (other.driven(i, other.moved(i)) * waves).T).T
+    D = (other.whitened(waves) * other.weight).T
+    U, size, _ = np.linalg.svd(D - other.basis @ (other.basis.T @ D), full_matrices=False)
+    z = U.T @ (other.left * other.weight)
+    power = np.exp(np.linspace(*WALKS))[:, None] * size**2
+    gained = np.max(np.sum(power * z**2 / (1 + power) - np.log1p(power), axis=1)) / 2 / calm
+    return float(gained) - NUMBERS[GAIN if part == "gains" else LEVEL] * 0.5 * math.log(len(other.rows))
 
 
 def worth(now: Response, part: str, many: int) -> float:

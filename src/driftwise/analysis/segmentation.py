@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .beginnings import beginnings
-from .change_places import GAIN, LEVEL, part_of, standing
+from .change_places import GAIN, LEVEL, Place, part_of, standing, walked
 from .change_search import searched
 from .lost_inputs import completed
 from .noise_jumps import LEAST, SURE, noises
@@ -60,7 +60,12 @@ class Hindsight(NamedTuple):
         for j in range(len(now.levels)):
             where = standing(now, "levels", j)
             size = float(now.more[now.placed()["levels"].start + j]) * self.y_scale
-            if where is not None and where.log_odds > SURE and where.slow > TOLD[LEVEL]:
+            if (
+                where is not None
+                and where.log_odds > SURE
+                and where.slow > TOLD[LEVEL]
+                and is_sudden(now, "levels", j, where)
+            ):
                 found.append(Jump(where.middle, where.interval, where.log_odds, LEVEL, 0, 0.0, size))
         for j, (i, since) in enumerate(now.gains):
             where = standing(now, "gains", j)
@@ -69,7 +74,7 @@ class Hindsight(NamedTuple):
             before, after = (float(gain * factor[k]) for k in (max(since - 1, 0), min(since, T - 1)))
             if endless[i]:
                 before, after = 1.0, after / before if before else math.inf
-            if where is not None and where.log_odds > TOLD[GAIN]:
+            if where is not None and where.log_odds > TOLD[GAIN] and is_sudden(now, "gains", j, where):
                 found.append(Jump(where.middle, where.interval, where.log_odds, GAIN, i, before, after, endless[i]))
         for jump in noises(now):
             sizes = jump.before * self.y_scale, jump.after * self.y_scale
@@ -95,6 +100,11 @@ class Hindsight(NamedTuple):
         enough = np.flatnonzero(gain / max(long_run(z) / 2, 1.0) > need + SURE)
         noise = float(factors[enough[0]]) if len(enough) else math.inf
         return Visible(sizes[0] * self.y_scale, tuple(sizes[1:]), noise)
+
+
+def is_sudden(now: Response, part: str, j: int, where: Place) -> bool:
+    """Whether a change is likelier to have come at once than as a walk."""
+    return where.whole > walked(now, part, j, where.calm)
 
 
 def unseen(jump: Jump, seen) -> Jump:
