@@ -60,11 +60,11 @@ def parts(fields: list) -> list:
 # --- rows of AutoMemory and of an average, as they were ---------------------------------------------------------------
 # First: AutoMemory kept two more banks instead of its trials; the mean of an average was by likelihood alone.
 # Second: AutoMemory began once only. Third: louder noise made parameters faster, and AutoMemory's head was shorter. In
-# both, no mean of an average was by regrets. In all of them, and in rows as long as today's, an average kept the
-# logarithms of its weights.
+# both, no mean of an average was by regrets. Fourth: the disagreement of its members added nothing to its variance, and
+# across gaps its mean was by likelihood. In all of them, an average kept the logarithms of its weights; last, not.
 
-FORMER = 3
-SHORT_HEAD = 7  # numbers of the head of AutoMemory, in all of them
+FORMER = 4
+SHORT_HEAD = 7  # numbers of the head of AutoMemory, in the first three
 UNHEARD, MUTE = float(np.log(0.01)), -30.0  # log weights, of members that an average does not hear
 
 
@@ -171,8 +171,8 @@ def _piece(memory) -> Piece:
     N, now = memory.cap.size, memory.state_size(memory.cap.size)
     first = SHORT_HEAD + bank_size(N, MODES) + 2 * MODES * size_of(N) + learner_size(N, N)
     third = now - (HEAD - SHORT_HEAD)
-    before = drift_state_size(N, first), third - second_size(N), third
-    return Piece(before, now, (_trials, _second_start, _longer_head), memory)
+    before = drift_state_size(N, first), third - second_size(N), third, now
+    return Piece(before, now, (_trials, _second_start, _longer_head, None), memory)
 
 
 def _average(estimator, size: int) -> Piece:
@@ -180,13 +180,20 @@ def _average(estimator, size: int) -> Piece:
     start = estimator.start()["own"]
     before = sum(start[name].size for name in start.dtype.names[: start.dtype.names.index("brief")])
     was = before + 2 * start["likely"].size + start["spread"].size + 3 * (start["regret"].size - 1)
-    return Piece((before, was, was), size, (_blended, _by_regrets, _by_regrets), start)
+    fourth = sum(start[name].size for name in start.dtype.names[: start.dtype.names.index("apart")])
+    return Piece((before, was, was, fourth), size, (_blended, _by_regrets, _by_regrets, _lengthened), start)
+
+
+def _lengthened(was: np.ndarray, piece: Piece) -> np.ndarray:
+    """Return what an average keeps, what came since as it begins."""
+    now = np.broadcast_to(np.atleast_1d(piece.owner).view(float), (*was.shape[:-1], piece.now)).copy()
+    now[..., : was.shape[-1]] = was
+    return now
 
 
 def _blended(was: np.ndarray, piece: Piece) -> np.ndarray:
     """Return what an average keeps, with weights by squared errors and regrets: those by likelihood, at first."""
-    now = np.broadcast_to(np.atleast_1d(piece.owner).view(float), (*was.shape[:-1], piece.now)).copy()
-    now[..., : was.shape[-1]] = was
+    now = _lengthened(was, piece)
     found = now.view(piece.owner.dtype)[..., 0]
     found["brief"] = found["lasting"] = found["likely"]
     below = found["likely"] - found["likely"].max(axis=-1, keepdims=True)
@@ -218,7 +225,7 @@ def _second_start(was: np.ndarray, piece: Piece) -> np.ndarray:
     """Return what one `AutoMemory` keeps, which has not begun again; what learns a speed stands last."""
     from ..memory.likelihood_drift import learner_size
 
-    N, third = piece.owner.cap.size, piece.before[-1]
+    N, third = piece.owner.cap.size, piece.before[2]
     was = np.insert(was, [was.shape[-1] - learner_size(N, N)] * (third - was.shape[-1]), 0.0, axis=-1)
     return _longer_head(was, piece)
 
@@ -234,7 +241,7 @@ def _trials(was: np.ndarray, piece: Piece) -> np.ndarray:
     N = piece.owner.cap.size
     begin, learner = drift_state_size(N), learner_size(N, N)
     filters = begin + SHORT_HEAD + bank_size(N, MODES)
-    now = np.zeros((*was.shape[:-1], piece.before[-1]))
+    now = np.zeros((*was.shape[:-1], piece.before[2]))
     now[..., :filters] = was[..., :filters]
     now[..., -learner:] = was[..., -learner:]
     head = now[..., begin : begin + SHORT_HEAD]

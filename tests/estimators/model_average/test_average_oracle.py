@@ -37,8 +37,9 @@ def naive(past):
 def oracle(task, y, means, variances):
     """Yield prediction, variance and log density of each sample."""
     M = means.shape[1]
-    logs, ratio, behind, width = np.zeros((3, M)), np.ones(M), np.zeros(M), 1.0
-    members, blends, spread, q = [np.zeros(M)], [np.zeros(4)], np.full(2, task.unit), PRIOR.copy()
+    logs, ratio, behind, width, apart = np.zeros((3, M)), np.ones(M), np.zeros(M), 1.0, 0.005
+    members, spread, q = [np.zeros(M)], np.full(2, task.unit), PRIOR.copy()
+    blends = {True: [np.zeros(4)], False: [np.zeros(4)]}  # of the next sample, and across gaps
     long, count, is_next = task.unit, 0.0, True
     for i in range(len(y)):
         past = y[:i][np.isfinite(y[:i])]
@@ -55,21 +56,24 @@ def oracle(task, y, means, variances):
             w[k] = shares(np.where(w[k] > task.window, w[k], 0.0))
         w[3] = aggregated(members, sure, task.rate)
         four = w @ mu
-        prediction, mean = aggregated(blends, np.ones(4, bool)) @ four if is_next else four[0], four[0]
+        prediction, mean = aggregated(blends[is_next], np.ones(4, bool)) @ four, four[0]
         base = max(w[0] @ (np.maximum(claim, floor) + (mu - mean) ** 2), floor)
         v, e = np.maximum(np.r_[KAPPA * base, RHO * long], floor), y[i] - mean
         density = np.exp(-0.5 * e**2 / v) / np.sqrt(2 * math.pi * v)
-        variance = (width if is_next else 1.0) * (shares(q) @ v)
+        far = np.sort((mu[:-3] - prediction) ** 2)
+        doubt = apart * far[(M - 4) // 2] if is_next else 0.0
+        variance = (width if is_next else 1.0) * (shares(q) @ v + doubt)
         yield prediction, variance, math.log(shares(q) @ density)
         was_next, is_next = is_next, math.isfinite(y[i])
         if not is_next:
             continue
 
         error = y[i] - prediction
-        if was_next:
-            blends.append(2 * error / task.unit * (four - prediction))
+        blends[was_next].append(2 * error / task.unit * (four - prediction))
         if was_next and t >= task.settle:
-            width = max(width * (1 + (min(error**2 / variance, 400) - 1) / task.tails), 0.1)
+            more = (min(error**2 / variance, 400) - 1) / task.tails
+            part = doubt / (shares(q) @ v + doubt)
+            width, apart = max(width * (1 + more), 0.1), max(apart * (1 + part * more), 1e-4)
             members.append(np.where(speaks, 2 * (y[i] - four[3]) / task.unit * (mu - four[3]), 0.0))
         z2 = (y[i] - mu) ** 2 / np.maximum(claim, floor)
         gains = [task.rate * (-0.5 * np.log(np.maximum(claim, floor)) - 3.5 * np.log1p(z2 / 6))]

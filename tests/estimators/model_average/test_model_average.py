@@ -178,3 +178,10 @@ def test_after_a_rest_the_forecast_is_not_left_to_who_was_best_at_rest():
     trace = average.scan(y, u)
     best = average.squares(trace.state).min()
     assert np.sum(trace.innovation[average.task.settle :] ** 2) < 1.5 * best  # 2.3 without the mean by regrets
+
+
+@pytest.mark.parametrize("n", [1, 2, 7, 40])
+def test_the_median_is_the_middle_one_in_order(n):
+    rng = np.random.default_rng(n)
+    for x in (rng.standard_normal(n), np.round(rng.standard_normal(n)), np.arange(1.0 * n), np.zeros(n)):
+        assert step.median(x.copy(), n) == np.sort(x)[(n - 1) // 2]

@@ -5,11 +5,14 @@
     base         s = sum w_i (c_i S_i + (mu_i - m)^2)              c_i: running mean of e_i^2/S_i, the noise now
     density      y ~ sum q_j N(m, v_j), v_j = kappa_j s, and rho_j times the long-run mean of e^2: tails are learnt
     weights      w_i <- (w_i p_i(y)^eta)^phi                         Student-t: one outlier does not decide
-    variance     c sum q_j v_j                                     c: running mean of e^2 of the prediction beside that
+    variance     c (sum q_j v_j + d D)                             D: median of (mu_i - prediction)^2
+    c, d         times 1 + part (e^2/variance - 1)/tails           of d, dD's part of the variance; of c, all
 
-The variance is that of the prediction's errors, whose centre is not the density's: c, the running mean of what they are
-beside the density's variance, remembers as long as the tails do. Regrets and c are of forecasts of the next sample; as
-long as y is missing, the forecast is the density's own, mean and variance.
+The variance is that of the prediction's errors. Their centre is not the density's, and they are largest where members
+disagree, whatever those claim that were right so far: after a rest, in a flood. c and d are running means of what
+errors are beside the variance, remembered as long as the tails are. They, and the members' regrets, are of forecasts of
+the next sample, as are those of the four means; of forecasts across a gap of y these have regrets of their own, and the
+variance is the density's.
 
 By squared errors, nobody is heard who claims a variance sixteen times the least: after a gap, or where nothing has
 moved for long, members that forget fast know that they know little, and have won their weight on easier samples.
@@ -46,7 +49,8 @@ VAGUE = 100.0  # times the variance of y about its mean: a member that claims mo
 UNSURE = 16.0  # times the least variance that anyone claims, over eta: by squared errors, who claims more is not heard
 TINY, ABSURD = 1e-12, 1e60  # of y_scale^2 the least variance; of y_scale what no y can be
 LONG_MEMORY, SETTLE = 1000.0, 60  # samples of the long-run mean, and those it leaves out at first
-MOST_WIDTH, LEAST_WIDTH = 400.0, 0.1  # most that one e^2/variance counts for c; the least c
+MOST_WIDTH, LEAST_WIDTH = 400.0, 0.1  # most that one e^2/variance counts for c and d; the least c
+APART, LEAST_APART = 0.005, 1e-4  # d before the first sample, and at least
 YOUNG, TENTH = 10.0, 0.1  # tails remember 10 samples and a tenth of the record, up to their full memory
 
 
@@ -96,8 +100,15 @@ AVERAGE = Layout(
         regret_squares="the squares of what it is the sum of",
         regret_most="the largest of them",
     ),
-    Field("width", about="c: mean of e^2/variance of the density, e of the prediction"),
+    Field("width", about="c: mean of what e^2 of the prediction is beside the variance"),
     Field("silent", about="samples since y was there"),
+    Field("apart", about="d: what the members' disagreement counts beside the density's variance"),
+    *each(
+        "BLENDS",
+        far_regret="as `regret`, of forecasts across gaps of y",
+        far_squares="the squares of what it is the sum of",
+        far_most="the largest of them",
+    ),
     given=("members",),
     BLENDS=BLENDS,
     SCALES=SCALES,
@@ -133,7 +144,7 @@ def fresh(task: Averaging) -> np.ndarray:
     state["long"], state["ratio"], state["spread"] = task.unit, 1.0, task.unit
     for name in WEIGHTS:
         state[name] = 1.0 / state[name].size
-    state["width"] = 1.0
+    state["width"], state["apart"] = 1.0, APART
     fill_tails(state["tails"])
     return state
 
@@ -242,6 +253,38 @@ def base_of(mu, claims, w, mean, floor):
         if w[i] > 0.0:
             base += w[i] * (max(claims[i], floor) + square(mu[i] - mean))
     return max(base, floor)
+
+
+@kernel
+def disagreement(mu, prediction, far):
+    """Return the median of the squared distances of members from the prediction, the lower one of two."""
+    n = 0
+    for i in range(mu.size):
+        far[n] = square(mu[i] - prediction)
+        n += 1 if math.isfinite(far[n]) else 0
+    return median(far, n) if n > 0 else 0.0
+
+
+@kernel
+def median(a, n):
+    """Return the median of the first n, which it puts into another order (Hoare's find)."""
+    low, high, middle = 0, n - 1, (n - 1) // 2
+    while low < high:
+        pivot, i, j = a[middle], low, high
+        while i <= j:
+            while a[i] < pivot:
+                i += 1
+            while pivot < a[j]:
+                j -= 1
+            if i <= j:
+                a[i], a[j] = a[j], a[i]
+                i += 1
+                j -= 1
+        if j < middle:
+            low = i
+        if middle < i:
+            high = j
+    return a[middle]
 
 
 @kernel
@@ -356,7 +399,7 @@ def pass_over_averaging(task, rows, q, kept, out, state):
     M = q.shape[1]
     (
         row, tails, likely, evidence, squares, ratio, behind, brief, lasting, missed, misses, worst_miss,
-        spread, regret, regrets, most, width, silent,
+        spread, regret, regrets, most, width, silent, apart, far, fars, most_far,
     ) = open_average(state, M - len(NAIVE))  # fmt: skip
     scratch = state[state.size - scratch_size(M) :]
     scores, one, two, three = scratch[:M], scratch[M : 2 * M], scratch[2 * M : 3 * M], scratch[3 * M : 4 * M]
@@ -378,13 +421,14 @@ def pass_over_averaging(task, rows, q, kept, out, state):
         is_next = silent[0] == 0.0
         if is_next:
             trust(regret, regrets, most, v, scores, LOG_BLENDS)
-        else:  # what errors taught is of the next sample's: a forecast from afar is the density's own
-            v[0] = 1.0
+        else:  # of forecasts across a gap, what errors of the next sample taught says nothing
+            trust(far, fars, most_far, v, scores, LOG_BLENDS)
         mean, prediction = means[0], blended(v, means, one, two, three, four, w)
         base = base_of(mu, claims, one, mean, floor)
         is_absurd = abs(y) > ABSURD * math.sqrt(task.unit)
         variance = tell(row, tails, math.nan if is_absurd else y, prediction, mean, base, floor, densities, out[t])
-        out[t, VARIANCE] = width[0] * variance if is_next else variance
+        doubt = apart[0] * disagreement(mu[: M - len(NAIVE)], prediction, scores) if is_next else 0.0
+        out[t, VARIANCE] = width[0] * (variance + doubt) if is_next else variance
         out[t, STATUS] = BAD_VALUE if is_absurd else 0.0 if math.isfinite(y) else MISSING_OUTPUT
         if out[t, STATUS] != 0.0:
             out[t, SCORE] = math.nan
@@ -393,9 +437,13 @@ def pass_over_averaging(task, rows, q, kept, out, state):
         silent[0] = 0.0
         if is_next:
             regret_of(y - prediction, prediction, means, means, task.unit, 1.0, regret, regrets, most)
+        else:
+            regret_of(y - prediction, prediction, means, means, task.unit, 1.0, far, fars, most_far)
         if is_next and row[SEEN] >= task.settle:
             z2 = square(y - prediction) / out[t, VARIANCE]
-            width[0] = max(width[0] * (1.0 + (min(z2, MOST_WIDTH) - 1.0) / task.tails), LEAST_WIDTH)
+            more, part = (min(z2, MOST_WIDTH) - 1.0) / task.tails, doubt / (variance + doubt)
+            width[0] = max(width[0] * (1.0 + more), LEAST_WIDTH)
+            apart[0] = max(apart[0] * (1.0 + part * more), LEAST_APART)
             regret_of(y - means[3], means[3], mu, claims, task.unit, task.rate, missed, misses, worst_miss)
         for k in range(BLENDS - 2):
             weigh_by_squares(

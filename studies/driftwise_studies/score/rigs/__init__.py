@@ -1,0 +1,15 @@
+"""Rigs that are not as models have them, drawn from a seed: what a forecast is judged on before any recording."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from . import loops, plants
+from .kinds import KINDS
+
+__all__ = ["KINDS", "draw", "loops", "plants"]
+
+
+def draw(name: str, seed: int, number: int):
+    """Return y (T,) and u (T, k) of a record of a kind, by its number."""
+    return KINDS[name](np.random.default_rng([seed, number, sum(map(ord, name))]))

@@ -1,0 +1,22 @@
+"""Drawn rigs are what their seed says, move, and have gaps only where they are meant to."""
+
+import numpy as np
+import pytest
+from driftwise_studies.score.rigs import KINDS, draw
+
+from driftwise.analysis.identifier import Identifier
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_a_rig_is_what_its_seed_says(name):
+    (y, u), (again, _), (other, _) = draw(name, 3, 0), draw(name, 3, 0), draw(name, 4, 0)
+    assert np.array_equal(y, again, equal_nan=True) and not np.array_equal(y, other, equal_nan=True)
+    assert y.ndim == 1 and u.ndim == 2 and len(u) == len(y) and np.isfinite(u).all() and np.ptp(u, axis=0).any()
+    assert np.isfinite(y).all() != (name == "gaps") and np.nanstd(y) > 0
+
+
+def test_after_a_rest_where_members_disagree_the_variance_is_as_large_as_errors_are():
+    """A cell between pulses: all that was right at rest says nothing of the first sample after it."""
+    y, u = draw("battery", 1, 2)
+    trace, half = Identifier(u.shape[1], 1.0).add(y, u), len(y) // 2
+    assert 0.8 < trace.nis(half) < 1.25  # 8.4 where only the density's variance counts
