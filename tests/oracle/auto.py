@@ -236,9 +236,20 @@ class Second:
         return self.score > 5 and not (running and self.score < max(trial.found[1:]) - trial.beside + 5)
 
 
-def blend(bank, trial, inverse):
+def shy(bank, eta):
+    """theta, P and sigma^2 of a bank whose mean is weighed by what is at stake."""
+    slow, pace, say = bank.w[:, 0], np.exp(eta.mean() / 2), bank.w * 1.0
+    say[:, 1:-1] *= 0.05
+    say[:, -1] *= 1 - slow / (slow + bank.w[:, -1]) * pace / (0.003 + pace)
+    theta = np.einsum("sm,smi->si", say / say.sum(1, keepdims=True), bank.theta)
+    off = bank.theta - theta[:, None]
+    P = np.einsum("sm,smij->sij", bank.w, bank.s2[..., None, None] * bank.P + outer(off, off))
+    return theta, P, np.sum(bank.w * bank.s2, axis=1)
+
+
+def blend(bank, eta, trial, inverse):
     """theta, P and sigma^2 of what is shown."""
-    theta, P, s2 = moments(bank)
+    theta, P, s2 = shy(bank, eta)
     parts = [(1 - trial.shown.sum(), 1 - trial.moved.sum(), theta[0], P[0], s2[0])]
     for k in range(3):
         b = trial.jumped(inverse) if k == 0 and trial.shown[0] > 0 and not trial.told else trial.copies[k]
@@ -337,7 +348,7 @@ def run_auto(y, psi, phi, told=None, levels=(0.0, 1e-1), expect="both", P0=1e4):
                     if what == "jump" or (what == "noise level" and winner.s2[0, 0] >= trial.before):
                         out.events.append((int(s), k, what))
                 elif not trial.is_over() and trial.shown.any():
-                    views[s] = blend(new.at([s]), trial, over[s])
+                    views[s] = blend(new.at([s]), learner.eta[s], trial, over[s])
                 if what == "jump":
                     trial.tell()
                     sums[s].calm()
@@ -349,7 +360,9 @@ def run_auto(y, psi, phi, told=None, levels=(0.0, 1e-1), expect="both", P0=1e4):
                 rho *= 1 - trial.shown.sum()
                 out.odds[s, k] = trial.odds
                 if trial.shown.any():
-                    views[s] = blend(new.at([s]), trial, over[s])
+                    views[s] = blend(new.at([s]), learner.eta[s], trial, over[s])
+            if views[s] is None:
+                views[s] = tuple(part[0] for part in shy(new.at([s]), learner.eta[s]))
             clean[s] = 0 if rho > 0.5 else clean[s] + 1
             if what is None and rho > 0.5:
                 out.events.append((int(s), k, "outlier"))

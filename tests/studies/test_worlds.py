@@ -6,7 +6,7 @@ import subprocess
 import numpy as np
 import pytest
 from driftwise_studies.score import worlds
-from driftwise_studies.score.worlds import ceiling, field, judged, measured, ranking, told, untold
+from driftwise_studies.score.worlds import attainable, ceiling, field, judged, measured, ranking, told, untold
 from driftwise_studies.score.worlds.simulation import QUIET, drawn, escapes
 from driftwise_studies.score.worlds.system import ALONE, RADIUS, System, changed, is_stable
 
@@ -237,6 +237,49 @@ def test_who_knows_the_law_of_jumps_gives_each_a_share():
     guesses = ceiling.statistics(None, np.array([1.0, 2.0, 0.5]))
     assert [len(g.precision) for g in guesses] == [len(ceiling.SCALES)] * 4
     assert sum(len(g.precision) * np.exp(g.log_prior) for g in guesses) == pytest.approx(1.0)
+
+
+def test_the_mixture_over_dates_is_the_reference_where_nothing_happens_at_a_date():
+    system = DRAWN[3]
+    assert system.troubles == ("walk all",)
+    r = worlds.record(system, 1, 150)
+    psi, y = worlds.regressors(system, r.y, r.u)[0], r.y[0].copy()
+    y[: max(system.na, *system.nb)] = np.nan
+    prior = told.WIDE * np.maximum(np.array(system.deviations) ** 2, 1.0)
+    may, sigma = attainable.worlds([system], 150), attainable.quiet(system, r.sigma[0])
+    found = attainable.follow(may, psi, y, sigma, prior, 5, np.random.default_rng(0), False)
+    known = told.follow(system, r.y[0], r.u[0], r.sigma[0], told.walk(system, 150))[0]
+    np.testing.assert_allclose(found[20:], known[20:], rtol=1e-8, atol=1e-10)
+
+
+def test_the_mixture_over_dates_finds_a_step_of_the_noise():
+    """It comes to know when the noise became louder: nearer to who is told than who believes in no step."""
+    system = changed(DRAWN[0], na=-1, nb=(1,), theta=(1.0,), sigma=0.1, deviations=(0.1,), steps=(8.0,))
+    r = worlds.record(system, 1, 600)
+    rows = r.u[0], r.y[0], attainable.quiet(system, r.sigma[0]), np.array([1e3])
+    errors = [
+        told.error(
+            system,
+            attainable.follow(attainable.worlds([one], 600), *rows, 30, np.random.default_rng(0), False),
+            r.theta[0],
+        )
+        for one in (system, changed(system, steps=()))
+    ]
+    known = told.error(system, told.follow(system, r.y[0], r.u[0], r.sigma[0], told.walk(system, 600))[0], r.theta[0])
+    assert errors[0] < 1.1 * known < 0.8 * errors[1]
+
+
+def test_hypotheses_are_dropped_by_lot_and_no_sum_is_biased():
+    logs, rng, total = (
+        np.log(np.random.default_rng(1).dirichlet(np.full(40, 0.3))),
+        np.random.default_rng(2),
+        np.zeros(40),
+    )
+    for _ in range(2000):
+        kept, weights = attainable.chosen(logs, 10, rng)
+        assert len(kept) == 10
+        np.add.at(total, kept, np.exp(weights))
+    np.testing.assert_allclose(total / 2000, np.exp(logs), atol=0.005)
 
 
 def test_a_jump_is_told_or_has_a_cause():

@@ -8,7 +8,7 @@ from ..engine.dispatch import kernel, rare
 from ..engine.status import AT_REST, CAPPED, NOISE, OUTLIER
 from ..engine.ud import predicted_variance
 from .auto_constants import EVEN, FREQUENT, ISOLATED, STILL_LOUD, SUSPECT, SUSPECT_FREQUENT, YOUNG, YOUNG_ENOUGH
-from .auto_shown import blend, drift_together, mixture_with_copies
+from .auto_shown import blend, drift_together, merge_shy, mixture_with_copies
 from .auto_state import (
     CLEAN,
     HEAD,
@@ -127,7 +127,10 @@ def adapt_auto(memory, state, e, R, view):
     head[CLEAN] = 0.0 if rho > 0.5 else head[CLEAN] + 1.0
     if not is_unexcited and head[VERDICT] == NOTHING:
         count_outlier(head, rho)
-    own.head[FREEDOM_NOW], own.head[SIGMA2_NOW] = merge(memory, own, theta, U, D)
+    if memory.has_state > 0.0:
+        own.head[FREEDOM_NOW], own.head[SIGMA2_NOW] = merge(memory, own, theta, U, D)
+    else:
+        own.head[FREEDOM_NOW], own.head[SIGMA2_NOW] = merge_shy(memory, own, learner, theta, U, D)
     if head[VERDICT] == NOTHING and trial.shown[0] + trial.shown[1] + trial.shown[2] > 0.0:
         blend(memory, parts, view)
     return T

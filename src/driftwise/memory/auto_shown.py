@@ -1,8 +1,15 @@
-"""What `AutoMemory` shows while a trial runs: the mixture of the bank and of what else may have happened."""
+"""What `AutoMemory` shows: the mixture of its filters, and while a trial runs of what else may have happened.
+
+The mean is weighed by what is at stake. Who takes a plant at rest for one that moves errs by many times what could be
+known of it, the other way round it costs a share; so drift has a smaller say in the mean than its probability, the
+smaller the faster it is (Bayes' estimate where errors count relative to those of who knows). P is about that mean.
+"""
 
 from ..engine.dense import at
 from ..engine.dispatch import kernel, rare
+from ..engine.elementary import exp
 from ..engine.ud import factor_within, predicted_variance, project
+from .auto_constants import SHY_OF_DRIFT, SHY_OF_FAST
 from .auto_state import MODES
 from .bank import FREEDOM_NOW, SIGMA2_NOW, mixture_of_modes
 from .gauss_markov import relax, widen_within
@@ -11,6 +18,59 @@ from .mixing import add_spread, shrink
 from .modes import FREEDOM, WEIGHT, mode, own_sigma2
 from .sensitivity import pass_time
 from .trial_state import AGE, COPIES, SAME, is_told
+
+
+@kernel
+def say_of_drift(memory, own, learner):
+    """Return the say of the learnt filter in the mean over its probability: the less, the faster it moves.
+
+    Its speed stands for a world's only where the filter that never forgets is as likely: else it is drift.
+    """
+    N, eta = learner.eta.size, 0.0
+    slow, learnt = mode(own.bank, 0, N).own[WEIGHT], mode(own.bank, MODES - 1, N).own[WEIGHT]
+    for i in range(N):
+        eta += learner.eta[i]
+    pace = exp(0.5 * (memory.start + eta / N))
+    return 1.0 - slow * pace / ((slow + learnt) * (SHY_OF_DRIFT + pace))
+
+
+@kernel
+def merge_shy(memory, own, learner, theta, U, D):
+    """Let theta and U D U' be mean and covariance of the bank, the mean weighed by what is at stake.
+
+    Returned and left behind is what `mixing.merge` returns and leaves.
+    """
+    bank, dense, logs, P, N = own.bank, own.dense, own.logs, own.P, D.size
+    size, freedom, s2, total = P.size, 0.0, 0.0, 0.0
+    for i in range(N):
+        theta[i] = 0.0
+    for i in range(size):
+        P[i] = 0.0
+    for m in range(MODES):
+        one = mode(bank, m, N)
+        w = say = one.own[WEIGHT]
+        if m == MODES - 1:
+            say *= say_of_drift(memory, own, learner)
+        elif m > 0:
+            say *= SHY_OF_FAST
+        logs[m] = own_sigma2(memory, one.own)
+        freedom += w * one.own[FREEDOM]
+        s2 += w * logs[m]
+        total += say
+        for i in range(N):
+            theta[i] += say * one.theta[i]
+    part, inverse = 1.0 / total, 1.0 / s2
+    for i in range(N):
+        theta[i] *= part
+    for m in range(MODES):
+        one = mode(bank, m, N)
+        w = one.own[WEIGHT] * inverse
+        add_spread(P, w * logs[m], dense[m * size : (m + 1) * size], w, one.theta, theta)
+    shrink(P, memory.cap)
+    for i in range(size):
+        dense[MODES * size + i] = P[i]
+    factor_within(P, U, D)
+    return freedom, s2
 
 
 @rare
