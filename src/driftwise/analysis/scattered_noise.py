@@ -29,6 +29,8 @@ class Bridge(NamedTuple):
         """Return what the past leaves open of signals (.., n), in deviations."""
         from scipy.linalg.lapack import dtbtrs
 
+        if not x.size:  # of no columns LAPACK writes where it should not
+            return np.zeros(x.shape)
         flat = x.reshape(-1, x.shape[-1])
         ahead = np.zeros((x.shape[-1], len(flat)), order="F")
         ahead[1:] = (flat[:, :-1] * self.take[1:]).T
