@@ -96,6 +96,7 @@ class AutoMemoryKernel(NamedTuple):
     freedom: float
     chi2: float
     has_state: float  # 1: parameters act through a state, which takes an outlier for what it is on average
+    stakes: float  # 1: the mean is weighed by what is at stake, as in regressions
     outliers: float  # 1: some samples are
     jumps: float  # 1: jumps are looked for
     start: float  # of the learnt speeds, see `LikelihoodDrift`
@@ -123,7 +124,8 @@ def resolve_auto_memory(memory, setting):
     expect = validation.one_of("expect", memory.expect, ("both", "outliers", "jumps"))
     levels = np.array([*LEVELS, np.nan])  # the last one is learnt
     return AutoMemoryKernel(
-        **common_of_banks(setting, memory.phi), outliers=float(expect != "jumps"), jumps=float(expect != "outliers"),
+        **common_of_banks(setting, memory.phi), stakes=float(setting.is_regression),
+        outliers=float(expect != "jumps"), jumps=float(expect != "outliers"),
         start=np.log(START), least=np.log(LEAST), most=np.log(MOST), samples=SAMPLES, tau=TAU, prior=PRIOR,
         lags=setting.lags if setting.lags.size else np.zeros(setting.N),
         levels=levels, A=np.ravel(SPEEDS),

@@ -127,10 +127,10 @@ def adapt_auto(memory, state, e, R, view):
     head[CLEAN] = 0.0 if rho > 0.5 else head[CLEAN] + 1.0
     if not is_unexcited and head[VERDICT] == NOTHING:
         count_outlier(head, rho)
-    if memory.has_state > 0.0:
-        own.head[FREEDOM_NOW], own.head[SIGMA2_NOW] = merge(memory, own, theta, U, D)
-    else:
+    if memory.stakes > 0.0:
         own.head[FREEDOM_NOW], own.head[SIGMA2_NOW] = merge_shy(memory, own, learner, theta, U, D)
+    else:
+        own.head[FREEDOM_NOW], own.head[SIGMA2_NOW] = merge(memory, own, theta, U, D)
     if head[VERDICT] == NOTHING and trial.shown[0] + trial.shown[1] + trial.shown[2] > 0.0:
         blend(memory, parts, view)
     return T

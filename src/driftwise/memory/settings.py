@@ -26,7 +26,8 @@ class Setting(NamedTuple):
 
     ``R`` is the variance of the noise, relative to sigma^2 where that is learnt; the first ``moving`` regressors are
     data, not a constant; ``prior`` is mean, U and D; ``first`` unknowns, a state, stand before the parameters. Through
-    it each parameter acts so many samples later than the first (``lags``; empty: all act at once).
+    it each parameter acts so many samples later than the first (``lags``; empty: all act at once). In a regression
+    (``is_regression``) they act through data, not through what was estimated before.
 
     ``cap`` are the prior variances, in the same units.
 
@@ -46,6 +47,7 @@ class Setting(NamedTuple):
     prior: tuple[np.ndarray, np.ndarray, np.ndarray] = (np.zeros(0),) * 3
     first: int = 0
     lags: np.ndarray = np.zeros(0)
+    is_regression: bool = False
 
     @property
     def N(self) -> int:

@@ -31,10 +31,8 @@ class _Member(ARX):
     """What the members of the family share; the orders make the difference."""
 
     model: Family
-    smooth, tune = (
-        Estimator.smooth,
-        Estimator.tune,
-    )  # its regressors are no data: noise is estimated
+    smooth, tune = Estimator.smooth, Estimator.tune  # its regressors are no data: noise is estimated
+    _is_regression = False
 
     def _set(self, orders, method, options, residual=AFTER):
         unknown = [name for name in options if name not in COMMON]

@@ -39,6 +39,7 @@ class Recursive(Posterior):
 
     sample_layout = RECURSIVE_SAMPLE
     _shows_mixture = True  # a trace has columns for what a mixture is made of
+    _is_regression = True  # its regressors are data
 
     def __init__(
         self,
@@ -69,10 +70,10 @@ class Recursive(Posterior):
         self.scale = resolve_scale(scale, is_relative, N)
         self._set_prior(options["theta0"], options["P0"])
         prior, cap = (self._s0, self._U0, self._D0), np.diag(self.prior_covariance).copy()
-        setting, given = (
-            Setting(self._theta_units(), cap, self.scale, R, N - self.model.constants, prior),
-            self._memory(R),
+        setting = Setting(
+            self._theta_units(), cap, self.scale, R, N - self.model.constants, prior, is_regression=self._is_regression
         )
+        given = self._memory(R)
         detector, settle = resolve_watch(given, N, setting.units)
         memory = resolve_memory(given, setting)
         fill = 0.0 if options["at_rest"] else form.fill
