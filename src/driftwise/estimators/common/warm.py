@@ -30,6 +30,7 @@ from ...memory.constant import Constant
 from ...memory.exponential_forgetting import ExponentialForgetting
 from ...memory.random_walk import RandomWalk
 from ...memory.restart_on_change import RestartOnChange
+from ...models.filtering import linear_filter
 from ...models.noise import EquationError, NoisePolynomial, OutputError, UnknownPolynomial
 from ...models.plant import Plant
 from ..adaptive_gain.estimator import AdaptiveGain
@@ -66,13 +67,15 @@ def combinations() -> list[dict[str, Any]]:
 def front() -> Iterator[str]:
     """Compile what comes first, loop by loop, and yield what it is."""
     automatic = ARX(1, 1), ARX(1, 1, memory=ExponentialForgetting(0.99)), ARX(1, 1, memory=AutoMemory())
-    for est in (*automatic, ARMAX(1, 1, 1), Joint(1)):
+    for est in (*automatic, ARMAX(1, 1, 1), Joint(1), Joint(1, noise=UnknownPolynomial())):
         est.drive  # noqa: B018  (compiles)
         yield repr(est)
     SelfStarting().scan([0.0])
     yield repr(SelfStarting())
     compile.passage(Averaging)
     yield "ModelAverage"
+    linear_filter([1.0], [1.0], [0.0])
+    yield "linear_filter"
 
 
 def warm() -> Iterator[str]:
