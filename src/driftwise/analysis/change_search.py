@@ -18,6 +18,7 @@ from .response_record import HUBER, local_size
 
 HOPE = 3.0  # log odds from which a change is tried
 FINER = 3  # times that the date of a change beside another is sharpened
+LONG = 8192  # samples from which on changes are dated by scores alone, and outliers are no question: fits take long
 STEPS = 4  # by which the frequency of a line is sharpened
 EVEN = 6.0  # of the criterion: of changes no further apart, the surest is taken
 REACH, ONSETS = 5, 3  # samples by which a level before and after is compared; steps that are tried by these
@@ -64,7 +65,7 @@ def changed(now: Response) -> Response:
 def split(now: Response) -> Response:
     """Return a response with a level and a gain in the place of a gain that stood for both, where that is likelier."""
     best = now
-    for j, (i, since) in enumerate(now.gains):
+    for j, (i, since) in enumerate(now.gains if len(now.used) < LONG else ()):
         less = now.without("gains", j).settled(1)
         level = place(less, LEVEL, 0, less.left)
         steps = [*abrupt(less), *([(level.at, 0.0)] if level is not None else [])]
@@ -110,7 +111,9 @@ def redated(now: Response, part: str, j: int) -> Response:
 
 
 def near(now: Response, part: str, j: int) -> Iterator[tuple[str, int]]:
-    """Yield the changes that are less than `NEAR` samples from one of them."""
+    """Yield the changes that are less than `NEAR` samples from one of them; none of a long record."""
+    if len(now.used) >= LONG:
+        return
     for other in ("levels", "gains"):
         for k in range(len(getattr(now, other))):
             if (other, k) != (part, j) and abs(date(now, other, k) - date(now, part, j)) < NEAR:
@@ -183,7 +186,8 @@ def alternatives(now: Response):
 def tried(now: Response, kind: str, i: int, at: int, size: float = 0.0):
     """Return the log odds of a change, once all else is fitted with it, and that response."""
     found: Place | None = None
-    about = [at, *(one for one in dates(now) if abs(one - at) < NEAR)]
+    is_long = len(now.used) >= LONG
+    about = [at, *(one for one in dates(now) if abs(one - at) < NEAR and not is_long)]
     now = now.with_all_near(min(about), max(about))  # what lasts but from one change to the next looks like outliers
     for _ in range(2):
         other = (now.with_level(at, size) if kind == LEVEL else now.with_gain(i, at, size)).settled(1)
@@ -197,8 +201,9 @@ def tried(now: Response, kind: str, i: int, at: int, size: float = 0.0):
         if found.at == at:
             break
         at, size = found.at, float(other.more[other.placed()[part].stop - 1])
-    if found and (less := cleaned(other)) is not other:  # what stands out beside the change is none of it
-        other = less
+    less = other.without_outliers() if is_long else cleaned(other)  # what stands out beside the change is none of it
+    if less is not other:
+        other = less.settled(1) if is_long else less
         found = located(other, part, j)
     return (found.log_odds, other) if found else None
 
