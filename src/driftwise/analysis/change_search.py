@@ -111,18 +111,18 @@ def redated(now: Response, part: str, j: int) -> Response:
 
 
 def near(now: Response, part: str, j: int) -> Iterator[tuple[str, int]]:
-    """Yield the changes that are less than `NEAR` samples from one of them; none of a long record."""
+    """Yield the changes that are less than `NEAR` samples from one of them."""
+    yield from (one for one in beside(now, date(now, part, j)) if one != (part, j))
+
+
+def beside(now: Response, at: int) -> Iterator[tuple[str, int]]:
+    """Yield the changes that are less than `NEAR` samples from a sample; none of a long record."""
     if len(now.used) >= LONG:
         return
-    for other in ("levels", "gains"):
-        for k in range(len(getattr(now, other))):
-            if (other, k) != (part, j) and abs(date(now, other, k) - date(now, part, j)) < NEAR:
-                yield other, k
-
-
-def dates(now: Response) -> list[int]:
-    """Return the first samples of all changes."""
-    return [*now.levels, *(since for _, since in now.gains)]
+    for part in ("levels", "gains"):
+        for k in range(len(getattr(now, part))):
+            if abs(date(now, part, k) - at) < NEAR:
+                yield part, k
 
 
 def date(now: Response, part: str, j: int) -> int:
@@ -187,14 +187,14 @@ def tried(now: Response, kind: str, i: int, at: int, size: float = 0.0):
     """Return the log odds of a change, once all else is fitted with it, and that response."""
     found: Place | None = None
     is_long = len(now.used) >= LONG
-    about = [at, *(one for one in dates(now) if abs(one - at) < NEAR and not is_long)]
+    about = [at, *(date(now, *one) for one in beside(now, at))]
     now = now.with_all_near(min(about), max(about))  # what lasts but from one change to the next looks like outliers
     for _ in range(2):
         other = (now.with_level(at, size) if kind == LEVEL else now.with_gain(i, at, size)).settled(1)
         part, j = ("levels", len(now.levels)) if kind == LEVEL else ("gains", len(now.gains))
         found = located(other, part, j)
-        if (found is None or found.log_odds < SURE) and (beside := redated(other, part, j)) is not other:
-            other = beside
+        if (found is None or found.log_odds < SURE) and (again := redated(other, part, j)) is not other:
+            other = again
             found = located(other, part, j)
         if found is None or found.log_odds < HOPE - SURE:
             return None
