@@ -107,8 +107,12 @@ def no_change_words(level: float, gains: dict[str, float], noise: float) -> str:
 
 
 def more_changes_words(count: int) -> str:
-    """Return that more changes were noticed than are told."""
-    return f"There are {count_of(count, 'more change')}."
+    """Return that more changes were noticed than are told.
+
+    >>> more_changes_words(1), more_changes_words(3)
+    ('There is 1 more change.', 'There are 3 more changes.')
+    """
+    return f"There {'is' if count == 1 else 'are'} {count_of(count, 'more change')}."
 
 
 def fit_sentence(fit: float, rmse: float, spread: float) -> str:
