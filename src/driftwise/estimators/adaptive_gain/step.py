@@ -17,7 +17,7 @@ from ..arx.row import CHI2, COUNT, HUGE, IN_A_ROW, LOGDET, OBSERVED, SAMPLES, SC
 from ..arx.step import project
 from .row import COLUMNS, INNOVATION, PROBES, PULL, GainForm
 
-HALVINGS = 30
+HALVINGS, LOG_2PI = 30, math.log(2.0 * math.pi)
 
 
 @kernel
@@ -274,8 +274,9 @@ def advance_gain_form(form, method, memory, gate, scale, detector, state, scratc
         head[COUNT] += 1.0
         head[CHI2] += e * e
         if T > 0.0:
-            head[LOGDET] += log(T)
-            head[SCORE] -= 0.5 * (log(2.0 * math.pi * T) + e * e / T)
+            logdet = log(T)
+            head[LOGDET] += logdet
+            head[SCORE] -= 0.5 * (LOG_2PI + logdet + e * e / T)
         else:
             status |= EXACT
     head[OBSERVED] += 1.0 if is_scored and status & EXACT == 0 else 0.0
