@@ -80,7 +80,7 @@ class Package:
     def __init__(self, source: Path, room: Path):
         here = {"PYTHONPATH": str(source), "PYTHONDONTWRITEBYTECODE": "", "OPENBLAS_NUM_THREADS": "1"}
         here |= {"NUMBA_CACHE_DIR": str(room / "numba"), "PYTHONPYCACHEPREFIX": str(room / "pyc")}
-        here |= dict.fromkeys(("MALLOC_MMAP_THRESHOLD_", "MALLOC_TRIM_THRESHOLD_"), "1000000000")  # glibc keeps its pages
+        here |= dict.fromkeys(("MALLOC_MMAP_THRESHOLD_", "MALLOC_TRIM_THRESHOLD_"), "1000000000")  # pages are kept
         self.process = subprocess.Popen(
             [sys.executable, "-c", "from bench.against import serve; serve()"], cwd=HERE, text=True,
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=os.environ | here,

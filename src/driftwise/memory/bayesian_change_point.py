@@ -112,13 +112,15 @@ def hypothesis(state, i, N):
 
 
 @kernel
-def average(state, which, N):
-    """Return what the hypotheses' own number ``which`` is on average."""
-    total = 0.0
+def averages(state, N):
+    """Return what the hypotheses' run and chi2 are on average."""
+    run, chi2 = 0.0, 0.0
     for i in range(int(state[COUNT])):
         own = hypothesis(state, i, N)[0]
-        total += exp(own[LOG]) * own[which]
-    return total
+        w = exp(own[LOG])
+        run += w * own[RUN]
+        chi2 += w * own[CHI2]
+    return run, chi2
 
 
 @kernel
@@ -194,11 +196,12 @@ def count_bayesian_change_point(memory, state, count, chi2, weight, gain):
     Runs that turn out unlikely take their errors away again, at most half of chi2 at a time: it stays positive.
     """
     N = memory.q.size
-    added = max(average(state, CHI2, N), -0.5 * chi2)
+    run, own_chi2 = averages(state, N)
+    added = max(own_chi2, -0.5 * chi2)
     for i in range(int(state[COUNT])):
         own = hypothesis(state, i, N)[0]
         own[CHI2] -= added
-    return count + 1.0, chi2 + added, average(state, RUN, N)
+    return count + 1.0, chi2 + added, run
 
 
 @found_jump.on(BayesianChangePointKernel)
@@ -238,9 +241,10 @@ def time_update_bayesian_change_point(memory, state, elapsed, view):
         branch(memory, state, count, view)
     else:  # the newest hypothesis has seen nothing yet: in a gap it takes later jumps in as well
         moved *= 1.0 - exp(hypothesis(state, int(state[NEWEST]), N)[0][LOG])
+        stays = log1p(-memory.rate)
         for i in range(count):
             own = hypothesis(state, i, N)[0]
-            own[LOG] += log1p(-memory.rate)
+            own[LOG] += stays
             if i == int(state[NEWEST]):
                 own[LOG] = log(exp(own[LOG]) + memory.rate)
     for i in range(N):  # the covariance of the mixture with a new member of the same mean
@@ -251,12 +255,12 @@ def time_update_bayesian_change_point(memory, state, elapsed, view):
 @rare
 def branch(memory, state, count, view):
     """Add the hypothesis that the parameters jump now; the least likely one goes where there is no room."""
-    N, slot, least = memory.q.size, count, math.inf
+    N, slot, least, stays = memory.q.size, count, math.inf, log1p(-memory.rate)
     for i in range(count):
         own = hypothesis(state, i, N)[0]
         if count == int(memory.hypotheses) and own[LOG] < least:
             slot, least = i, own[LOG]
-        own[LOG] += log1p(-memory.rate)
+        own[LOG] += stays
     settle_in(state, slot, log(memory.rate), view, N)
     state[COUNT] = max(state[COUNT], slot + 1.0)
     _, _, d, u = hypothesis(state, slot, N)
