@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from driftwise.analysis.response_record import ahead, autoregression, least_squares
+from driftwise.analysis.response_record import FLOOR, ahead, autoregression, least_squares, local_size, rounding
 
 RNG = np.random.default_rng(3)
 X = RNG.standard_normal((200, 5)) * [1.0, 1e3, 1e-3, 1.0, 1.0]
@@ -34,3 +34,22 @@ def test_a_colour_is_learnt_from_the_rows_that_are_whole():
     v[RNG.random(3000) < 0.03] = np.nan
     np.testing.assert_allclose(autoregression(v, 2), [-1.5, 0.7], atol=0.05)
     assert not len(autoregression(RNG.standard_normal(3000), 8))
+
+
+def test_rounding_is_told_of_whole_values_and_of_those_that_were_brought_to_another_clock():
+    y = np.round(32 + 0.5 * np.random.default_rng(1).standard_normal(1200))
+    assert rounding(y) == pytest.approx(1 / np.sqrt(12))
+    later = 0.7 * y + 0.3 * np.append(y[1:], y[-1])
+    later[::50] += np.random.default_rng(2).uniform(0, 0.1, 24)
+    assert 0.3 / np.sqrt(12) < rounding(later) < 1.1 / np.sqrt(12)
+
+
+def test_nothing_is_rounded_of_what_moves_over_values_of_its_own():
+    rest = lfilter([0.3], [1.0, -0.7], np.repeat([0.0, 1.0] * 10, 60)).round(6)  # from rest to rest, without noise
+    for y in (rest, RNG.standard_normal(1200), np.repeat(RNG.standard_normal(120), 10)):
+        assert rounding(y) == pytest.approx(FLOOR * np.std(y), rel=1e-6)
+
+
+def test_the_size_about_samples_of_which_most_are_the_same_is_that_of_rounding():
+    r = (RNG.random(600) < 0.3) * 1.0
+    assert local_size(r).max() < 1e-6 and local_size(r, 0.3).min() == 0.3

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from .change_places import LEVEL, colourless, place, worth
-from .change_search import abrupt, kinds, lines, wave
+from .change_search import kinds, lines, wave
 from .noise_jumps import LEAST, SURE
+from .onsets import abrupt
 from .response import Response
 from .response_orders import cleaned, likeliest, orders, plainest, respond, without_outliers
 from .response_record import Record

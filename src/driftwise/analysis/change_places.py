@@ -279,22 +279,26 @@ def beside_shock(now: Response, at: int) -> float:
 
 
 def walked(now: Response, part: str, j: int, calm: float) -> float:
-    """Return the log odds, to those of `Place.whole`, that what changed walked: a random walk of its level or gain.
+    """Return the log odds, to those of `Place.whole`, that what changed walked: a random walk of its level or gain."""
+    return walk(now.without(part, j).refined(), now.gains[j][0] if part == "gains" else None, calm)
 
-    Its cosines over the record, of deviations that fall as 1/k, are weighed by the variance under which they are
-    likeliest (a marginal likelihood); by Schwarz's criterion it costs what the numbers of a jump cost.
+
+def walk(other: Response, i: int | None, calm: float) -> float:
+    """Return the log odds that the gain of input i walked beside a response, or its level where i is None.
+
+    The cosines of a walk over the record, of deviations that fall as 1/k, are weighed by the variance under which they
+    are likeliest (a marginal likelihood); by Schwarz's criterion it costs what the numbers of a jump cost.
     """
-    other, T, k = now.without(part, j).refined(), len(now.used), np.arange(1, WAVES + 1)[:, None]
+    T, k = len(other.used), np.arange(1, WAVES + 1)[:, None]
     waves = np.cos(np.pi * k * (np.arange(T) + 0.5) / T) / k
-    if part == "gains":
-        i = now.gains[j][0]
+    if i is not None:
         waves = linear_filter([1.0], other.denominator, (other.driven(i, other.moved(i)) * waves).T).T
     D = (other.whitened(waves) * other.weight).T
     U, size, _ = np.linalg.svd(D - other.basis @ (other.basis.T @ D), full_matrices=False)
     z = U.T @ (other.left * other.weight)
     power = np.exp(np.linspace(*WALKS))[:, None] * size**2
     gained = np.max(np.sum(power * z**2 / (1 + power) - np.log1p(power), axis=1)) / 2 / calm
-    return float(gained) - NUMBERS[GAIN if part == "gains" else LEVEL] * 0.5 * math.log(len(other.rows))
+    return float(gained) - NUMBERS[LEVEL if i is None else GAIN] * 0.5 * math.log(len(other.rows))
 
 
 def worth(now: Response, part: str, many: int) -> float:

@@ -8,20 +8,20 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 
-from .change_places import GAIN, LEVEL, NEAR, Place, colourless, located, place, share, standing, worth
+from .change_places import GAIN, LEVEL, NEAR, Place, colourless, located, place, standing, walk, worth
 from .noise_jumps import LEAST, PIECES, SURE, noisy
+from .onsets import abrupt
 from .response import Response
 from .response_orders import cleaned, respond, stripped
 from .response_record import HUBER, local_size
+from .stretches import stretch
 
 HOPE = 3.0  # log odds from which a change is tried
 FINER = 3  # times that the date of a change beside another is sharpened
 LONG = 8192  # samples from which on changes are dated by scores alone, and outliers are no question: fits take long
 STEPS = 4  # by which the frequency of a line is sharpened
 EVEN = 6.0  # of the criterion: of changes no further apart, the surest is taken
-REACH, ONSETS = 5, 3  # samples by which a level before and after is compared; steps that are tried by these
 
 
 def kinds(now: Response) -> list[tuple[str, int]]:
@@ -171,6 +171,7 @@ def alternatives(now: Response):
                 seen.append(found.at)
                 yield result
     yield from (tried(now, LEVEL, 0, at, size) for at, size in abrupt(now))
+    yield from passing(now, bare)
     for i in range(len(now.b)):
         if i not in now.bent and len(now.record.shapes[i]):
             yield weighed(now.with_bend(i), "bends", len(now.record.shapes[i]))
@@ -181,6 +182,34 @@ def alternatives(now: Response):
         if max(worth(look, "columns", 2) for look in looks) > HOPE - SURE:
             other = swinging(now, looks, w)
             yield 0.5 * (now.criterion - other.criterion) - math.log(len(now.rows)), other
+
+
+def passing(*looks: Response) -> Iterator[tuple[float, Response]]:
+    """Yield (log odds, response) of two steps that show only together.
+
+    They are looked for under the noise of each look, of which one may have taken them for its colour. The odds are
+    those of the less sure one, or of both beside a gain that walks, which looks like levels that come and go.
+    """
+    seen = set()
+    for look in looks if len(looks[0].used) < LONG else ():
+        if (ends := stretch(look)) is None or ends in seen:
+            continue
+        seen.add(ends)
+        j = len(look.levels)
+        first = look.with_all_near(ends[0]).with_level(ends[0]).settled(1)
+        second = tried(first, LEVEL, 0, ends[1])
+        if second is None or (where := located(second[1], "levels", j)) is None:
+            continue
+        both = dated(second[1], "levels", j, where.at)
+        down, up = (located(both, "levels", k) for k in (j, j + 1))
+        if down is None or up is None:
+            continue
+        calm = max(down.calm, up.calm)
+        neither = both.without("levels", j + 1).without("levels", j).refined()
+        paid = sum(one.taken / one.calm - one.whole for one in (down, up))
+        together = (neither.loss() - both.loss()) / calm - paid
+        walked = max((walk(neither, i, calm) for i in range(len(neither.b))), default=-math.inf)
+        yield min(down.log_odds, up.log_odds, together - walked), both
 
 
 def tried(now: Response, kind: str, i: int, at: int, size: float = 0.0):
@@ -216,48 +245,6 @@ def weighed(other: Response, part: str, many: int):
     return worth(other, part, many), other
 
 
-def abrupt(now: Response) -> list[tuple[int, float]]:
-    """Return where the level steps within a sample, and by how much, by the onset alone; the surest first.
-
-    A noise with a slow colour takes a level for its own, but not the first samples of a step, which it whitens to a
-    pattern of its own. A lone sample that is far off has another: where that explains more, nothing steps.
-    """
-    T, reach = len(now.used), REACH + len(now.f)
-    if now.record.is_scattered or T < 2 * (LEAST + reach):
-        return []  # no onset is seen
-    whole = replace(now, used=np.isfinite(now.record.y), cache=now.of_mean())
-    z, weights = np.zeros(T), np.zeros((T, 1))
-    z[whole.rows] = whole.left
-    weights[whole.rows] = 1.0
-    if whole.gaps is not None:
-        weights = whole.gaps.filled(whole.rows, T)
-    about = np.arange(LEAST, T - LEAST)
-    windows, by = (sliding_window_view(x, 2 * reach, axis=0)[about - reach] for x in (z, weights))
-    f = np.append(1.0, now.f)
-    spikes = [np.pad(f, (reach + k, reach - k - len(f))) for k in (-1, 0, 1)]
-    calm = seen_at(by, np.full(2 * reach, f.sum()), f.sum())  # a level that was there before
-    calm /= np.maximum(np.linalg.norm(calm, axis=1, keepdims=True), 1e-3)
-    taken, sizes = [], []
-    for pattern in (np.cumsum(spikes[1]), *spikes):
-        d = seen_at(by, pattern)
-        d -= np.einsum("tw,tw->t", d, calm)[:, None] * calm
-        product = np.einsum("tw,tw->t", windows, d)
-        sizes.append(share(product, np.einsum("tw,tw->t", d, d), 1))
-        taken.append(0.5 * sizes[-1] * product)
-    more, found = taken[0] - np.max(taken[1:], axis=0), list[tuple[int, float]]()
-    while len(found) < ONSETS and len(more) and (k := int(np.argmax(more))) >= 0 and more[k] > SURE:
-        found.append((int(about[k]), float(sizes[0][k] * now.sigma[about[k]])))
-        more = np.where(abs(about - about[k]) < reach, -math.inf, more)
-    return found
-
-
-def seen_at(weights, pattern, before: float = 0.0) -> np.ndarray:
-    """Return what a pattern (w,) of z does to innovations with weights (T, lags, w) of z; it was ``before``."""
-    lags = weights.shape[1]
-    padded = np.append(np.full(lags - 1, before), pattern)
-    return np.einsum("tlw,lw->tw", weights, np.array([padded[lags - 1 - j :][: len(pattern)] for j in range(lags)]))
-
-
 def swinging(now: Response, looks, w: float) -> Response:
     """Return a response beside a line of about that frequency (radians a sample); sharpened, where it is worth it.
 
@@ -287,7 +274,7 @@ def lines(bare: Response) -> list[float]:
     if len(bare.columns) > 4:
         return []
     T, r = len(bare.used), bare.left
-    x, size = np.zeros(T), HUBER * local_size(r)
+    x, size = np.zeros(T), HUBER * local_size(r, bare.record.floor / bare.deviations)
     x[bare.rows] = np.clip(r, -size, size)
     most = float(abs(x).max(initial=0.0))
     if not 0.0 < most < math.inf:

@@ -66,7 +66,7 @@ def noisy(now: Response) -> Response:
 
 def _noise(r, margin: int, floor: float) -> tuple[float, int, tuple[int, int]]:
     """Return log odds, place and interval of another variance; what stands out of its surroundings is cut off."""
-    limit = HUBER * local_size(r)
+    limit = HUBER * local_size(r, floor)
     r = np.clip(r, -limit, limit)
     n, k = len(r), np.arange(1, len(r))
     total = np.cumsum(r**2)

@@ -74,7 +74,7 @@ class Response(Whitened):
         now, behind = self, np.ones(len(self.used), bool)
         for _ in range(TIMES):
             far = np.zeros(len(now.used), bool)
-            far[now.rows] = abs(now.left) > FAR * local_size(now.left)
+            far[now.rows] = abs(now.left) > FAR * local_size(now.left, now.record.floor / now.deviations)
             far &= behind
             first = far & ~np.append(False, far[:-1])
             if not first.any():

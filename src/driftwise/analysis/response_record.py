@@ -16,6 +16,7 @@ LOCAL = 50  # samples either side by which the size of the noise is known
 COLOUR = 8  # past values of the noise by which it is whitened, at most
 HALF = 0.5  # of the samples, which whitening by past values must leave
 FLOOR = 1e-4  # of the deviation of y, below which noise is none
+USUAL, OFTEN = 0.9, 20  # of the samples, which values have that tell how y is rounded; samples of each, on average
 TOLD = 1e-14  # of what is told best, squared: a direction of less is not told by a record
 CLEAR = 1e-4  # the least pivot from which all is told
 LAGS, SHARE = 200, 8  # lags of the correlation of scores at most, and as a share of them
@@ -65,12 +66,29 @@ def shapes(x) -> np.ndarray:
 
 
 def rounding(y) -> float:
-    """Return the deviation of the rounding of y, and no less than what nobody would call noise."""
-    steps = np.diff(np.unique(y))
+    """Return the deviation of the rounding of y (T,), and no less than what nobody would call noise."""
+    values, which, many = np.unique(y, return_inverse=True, return_counts=True)
+    steps = np.diff(values)
     step = float(steps.min()) if len(steps) else 0.0
     if not step > 1e-9 * float(steps.sum() if len(steps) else 0.0) or np.any(abs(steps / step % 1 - 0.5) < 0.45):
-        step = 0.0  # not all of them are multiples of the smallest
+        step = usual_step(y, which, many)  # not all of them are multiples of the smallest
     return max(step / math.sqrt(12), FLOOR * deviation(y) if len(y) else 0.0)
+
+
+def usual_step(y, which, many) -> float:
+    """Return the usual step of a rounded y (T,) that was brought to another clock; 0 where it is none.
+
+    Between two rounded values lie others, then, but `USUAL` of the samples have few, and go from one to the other.
+    ``which`` (T,) value a sample has, and how ``many`` have that.
+    """
+    order = np.argsort(-many, kind="stable")
+    few = order[: int(np.searchsorted(np.cumsum(many[order]), USUAL * len(y))) + 1]
+    is_common = np.isin(which, few)
+    steps = abs(np.diff(y))
+    steps = steps[is_common[1:] & is_common[:-1] & (steps > 0)]
+    if len(few) * OFTEN > len(y) or len(steps) <= np.count_nonzero(~is_common):
+        return 0.0  # what is moved from rest to rest goes over values of its own
+    return float(np.median(steps))
 
 
 def delayed(x, lag: int) -> np.ndarray:
@@ -80,14 +98,17 @@ def delayed(x, lag: int) -> np.ndarray:
     return found
 
 
-def local_size(r) -> np.ndarray:
-    """Return the standard deviation about each sample, by the median of what is near."""
+def local_size(r, least=0.0) -> np.ndarray:
+    """Return the standard deviation about each sample, by the median of what is near; ``least`` is that of rounding.
+
+    Of rounded values more than half may be the same.
+    """
     edges, size = np.arange(0, len(r), LOCAL), abs(r)
     inside = sliding_window_view(size, 2 * LOCAL)[LOCAL // 2 :: LOCAL] if len(r) > 2 * LOCAL else np.zeros((0, 1))
     middles = [float(np.median(size[: 3 * LOCAL // 2])), *np.median(inside, axis=1)]
     middles += [float(np.median(size[k - LOCAL // 2 : k + 3 * LOCAL // 2])) for k in edges[len(middles) :]]
     size = 1.4826 * np.interp(np.arange(len(r)), edges + LOCAL / 2, middles)
-    return np.maximum(size, 1e-12 * (abs(r).max(initial=0.0) + 1e-300))
+    return np.maximum(size, np.maximum(least, 1e-12 * (abs(r).max(initial=0.0) + 1e-300)))
 
 
 def least_squares(X, y) -> np.ndarray:
