@@ -108,7 +108,15 @@ def test_an_average_that_kept_logarithms_of_its_weights_goes_on():
     est, state = dw.load_state(SAVED / "state-ModelAverage-third.json")
     was = json.loads((SAVED / "average-next.json").read_text())["third"]
     assert np.allclose([state["own"][name].sum() for name in ("likely", "brief", "lasting")], 1.0, rtol=1e-15)
-    assert state["own"]["apart"] == est.start()["own"]["apart"]  # that members disagree added nothing to the variance
+    trace = est.scan(was["y"], was["u"], state=state)
+    np.testing.assert_allclose(trace.log_score, was["score"], rtol=1e-12)
+    np.testing.assert_allclose(trace.innovation, was["innovation"], rtol=1e-12, atol=1e-13)
+
+
+def test_an_average_of_one_variance_goes_on():
+    est, state = dw.load_state(SAVED / "state-ModelAverage-fourth.json")
+    was = json.loads((SAVED / "average-next.json").read_text())["fourth"]
+    assert 0.5 < state["own"]["width"][0] < 2.0 and np.ptp(state["own"]["width"]) == 0.0
     trace = est.scan(was["y"], was["u"], state=state)
     np.testing.assert_allclose(trace.log_score, was["score"], rtol=1e-12)
     np.testing.assert_allclose(trace.innovation, was["innovation"], rtol=1e-12, atol=1e-13)

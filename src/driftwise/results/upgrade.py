@@ -61,9 +61,10 @@ def parts(fields: list) -> list:
 # First: AutoMemory kept two more banks instead of its trials; the mean of an average was by likelihood alone.
 # Second: AutoMemory began once only. Third: louder noise made parameters faster, and AutoMemory's head was shorter. In
 # both, no mean of an average was by regrets. Fourth: the disagreement of its members added nothing to its variance, and
-# across gaps its mean was by likelihood. In all of them, an average kept the logarithms of its weights; last, not.
+# across gaps its mean was by likelihood. In all of them, an average kept the logarithms of its weights. Fifth: one
+# variance followed the errors of its predictions, no four; last, it kept weights.
 
-FORMER = 4
+FORMER = 5
 SHORT_HEAD = 7  # numbers of the head of AutoMemory, in the first three
 UNHEARD, MUTE = float(np.log(0.01)), -30.0  # log weights, of members that an average does not hear
 
@@ -171,8 +172,8 @@ def _piece(memory) -> Piece:
     N, now = memory.cap.size, memory.state_size(memory.cap.size)
     first = SHORT_HEAD + bank_size(N, MODES) + 2 * MODES * size_of(N) + learner_size(N, N)
     third = now - (HEAD - SHORT_HEAD)
-    before = drift_state_size(N, first), third - second_size(N), third, now
-    return Piece(before, now, (_trials, _second_start, _longer_head, None), memory)
+    before = drift_state_size(N, first), third - second_size(N), third, now, now
+    return Piece(before, now, (_trials, _second_start, _longer_head, None, None), memory)
 
 
 def _average(estimator, size: int) -> Piece:
@@ -180,14 +181,23 @@ def _average(estimator, size: int) -> Piece:
     start = estimator.start()["own"]
     before = sum(start[name].size for name in start.dtype.names[: start.dtype.names.index("brief")])
     was = before + 2 * start["likely"].size + start["spread"].size + 3 * (start["regret"].size - 1)
-    fourth = sum(start[name].size for name in start.dtype.names[: start.dtype.names.index("apart")])
-    return Piece((before, was, was, fourth), size, (_blended, _by_regrets, _by_regrets, _lengthened), start)
+    fourth = sum(start[name].size for name in start.dtype.names[: start.dtype.names.index("silent")]) + 2
+    before = before, was, was, fourth, fourth + 1 + 3 * start["far_regret"].size
+    return Piece(before, size, (_blended, _by_regrets, _by_regrets, _of_one_width, _of_one_width), start)
 
 
 def _lengthened(was: np.ndarray, piece: Piece) -> np.ndarray:
     """Return what an average keeps, what came since as it begins."""
     now = np.broadcast_to(np.atleast_1d(piece.owner).view(float), (*was.shape[:-1], piece.now)).copy()
     now[..., : was.shape[-1]] = was
+    return now
+
+
+def _of_one_width(was: np.ndarray, piece: Piece) -> np.ndarray:
+    """Return what an average keeps, with a width of each variance: width, silent, apart stood where silent does."""
+    at = piece.before[3] - 2
+    now = _lengthened(np.concatenate([was[..., :at], was[..., at + 1 : at + 2], was[..., at + 3 :]], axis=-1), piece)
+    now.view(piece.owner.dtype)[..., 0]["width"] = was[..., at : at + 1]
     return now
 
 

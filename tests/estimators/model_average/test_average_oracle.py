@@ -11,6 +11,7 @@ from driftwise.analysis.laws import example
 from driftwise.estimators.model_average import step
 
 KAPPA, RHO = 4.0 ** np.arange(-2, 6), np.array([0.25, 1.0, 4.0, 16.0])
+DOUBT = np.array([1e-4, 0.003, 0.3, 0.03])
 PRIOR = np.r_[np.where(KAPPA == 1, 2.0, 0.5 * np.minimum(KAPPA, KAPPA**-2)), np.full(4, 0.01)]
 
 
@@ -37,10 +38,10 @@ def naive(past):
 def oracle(task, y, means, variances):
     """Yield prediction, variance and log density of each sample."""
     M = means.shape[1]
-    logs, ratio, behind, width, apart = np.zeros((3, M)), np.ones(M), np.zeros(M), 1.0, 0.005
+    logs, ratio, behind, width, worth = np.zeros((3, M)), np.ones(M), np.zeros(M), np.ones(4), np.full(4, 0.25)
     members, spread, q = [np.zeros(M)], np.full(2, task.unit), PRIOR.copy()
     blends = {True: [np.zeros(4)], False: [np.zeros(4)]}  # of the next sample, and across gaps
-    long, count, is_next = task.unit, 0.0, True
+    long, count, is_next, asked = task.unit, 0.0, True, []
     for i in range(len(y)):
         past = y[:i][np.isfinite(y[:i])]
         t = len(past)
@@ -61,8 +62,8 @@ def oracle(task, y, means, variances):
         v, e = np.maximum(np.r_[KAPPA * base, RHO * long], floor), y[i] - mean
         density = np.exp(-0.5 * e**2 / v) / np.sqrt(2 * math.pi * v)
         far = np.sort((mu[:-3] - prediction) ** 2)
-        doubt = apart * far[(M - 4) // 2] if is_next else 0.0
-        variance = (width if is_next else 1.0) * (shares(q) @ v + doubt)
+        told = width * np.maximum(np.r_[[base] * 3, long] + DOUBT * far[3 * (M - 4) // 4], floor)
+        variance = worth @ told if is_next else shares(q) @ v
         yield prediction, variance, math.log(shares(q) @ density)
         was_next, is_next = is_next, math.isfinite(y[i])
         if not is_next:
@@ -71,9 +72,11 @@ def oracle(task, y, means, variances):
         error = y[i] - prediction
         blends[was_next].append(2 * error / task.unit * (four - prediction))
         if was_next and t >= task.settle:
-            more = (min(error**2 / variance, 400) - 1) / task.tails
-            part = doubt / (shares(q) @ v + doubt)
-            width, apart = max(width * (1 + more), 0.1), max(apart * (1 + part * more), 1e-4)
+            z2 = np.minimum(error**2 / told, 1000)
+            width = np.maximum(width * (1 + np.array([2, 2, 2, 1]) * (z2 - 1) / task.tails), 0.02)
+            asked.append(z2 + np.log(told))
+            if t % 4 == 0:
+                worth, asked = shares(worth * np.exp(-0.05 * (np.sum(asked, 0) - np.min(np.sum(asked, 0))))), []
             members.append(np.where(speaks, 2 * (y[i] - four[3]) / task.unit * (mu - four[3]), 0.0))
         z2 = (y[i] - mu) ** 2 / np.maximum(claim, floor)
         gains = [task.rate * (-0.5 * np.log(np.maximum(claim, floor)) - 3.5 * np.log1p(z2 / 6))]

@@ -181,7 +181,8 @@ def test_after_a_rest_the_forecast_is_not_left_to_who_was_best_at_rest():
 
 
 @pytest.mark.parametrize("n", [1, 2, 7, 40])
-def test_the_median_is_the_middle_one_in_order(n):
+def test_the_quartile_is_the_one_that_stands_there_in_order(n):
     rng = np.random.default_rng(n)
     for x in (rng.standard_normal(n), np.round(rng.standard_normal(n)), np.arange(1.0 * n), np.zeros(n)):
-        assert step.median(x.copy(), n) == np.sort(x)[(n - 1) // 2]
+        for at in {0, (n - 1) // 2, 3 * (n - 1) // 4, n - 1}:
+            assert step.smallest(x.copy(), n, at) == np.sort(x)[at]

@@ -5,14 +5,15 @@
     base         s = sum w_i (c_i S_i + (mu_i - m)^2)              c_i: running mean of e_i^2/S_i, the noise now
     density      y ~ sum q_j N(m, v_j), v_j = kappa_j s, and rho_j times the long-run mean of e^2: tails are learnt
     weights      w_i <- (w_i p_i(y)^eta)^phi                         Student-t: one outlier does not decide
-    variance     c (sum q_j v_j + d D)                             D: median of (mu_i - prediction)^2
-    c, d         times 1 + part (e^2/variance - 1)/tails           of d, dD's part of the variance; of c, all
+    variance     sum p_k v_k, v_k = c_k (s_k + d_k D)              D: upper quartile of (mu_i - prediction)^2
+    c_k          times 1 + m_k (e^2/v_k - 1)                       s_k: s, or the long-run mean of e^2
+    p_k          ~ p_k v_k^-r exp(-r e^2/v_k)
 
 The variance is that of the prediction's errors. Their centre is not the density's, and they are largest where members
-disagree, whatever those claim that were right so far: after a rest, in a flood. c and d are running means of what
-errors are beside the variance, remembered as long as the tails are. They, and the members' regrets, are of forecasts of
-the next sample, as are those of the four means; of forecasts across a gap of y these have regrets of their own, and the
-variance is the density's.
+disagree, whatever those claim that were right so far: after a rest, in a flood. How much of the disagreement is error
+differs from plant to plant: three answers and the long-run mean of e^2, each with a running mean of its own, compete.
+These, and the members' regrets, are of forecasts of the next sample, as are those of the four means; of forecasts
+across a gap of y these have regrets of their own, and the variance is the density's, sum q_j v_j.
 
 By squared errors, nobody is heard who claims a variance sixteen times the least: after a gap, or where nothing has
 moved for long, members that forget fast know that they know little, and have won their weight on easier samples.
@@ -39,6 +40,9 @@ NAIVE = ("last value", "straight line", "mean")
 FAST = tuple(4.0**k for k in range(-2, 6))  # scales of the tails, in s
 SLOW = (0.25, 1.0, 4.0, 16.0)  # in the long-run mean of e^2: what may come after a quiet time
 SCALES = len(FAST) + len(SLOW)
+# samples that each scale is worth beforehand: two the plain one, less the further from it; the larger ones so little
+# that all of them together, unseen, add less than one sample of s to the variance
+PRIOR = tuple(2.0 if kappa == 1.0 else 0.5 * min(kappa, 1.0 / (kappa * kappa)) for kappa in FAST) + (0.01,) * len(SLOW)
 SEEN, LAST, BEFORE, STEP, MEAN, LONG, LONG_COUNT = range(7)  # of the head of a state
 PREDICTION, INNOVATION, VARIANCE, STATUS = range(4)  # of a trace's row
 SCORE, LOWER, UPPER, OFFSET, BASE, LEVEL, FLOOR, TOLD = range(4, 12)
@@ -49,8 +53,13 @@ VAGUE = 100.0  # times the variance of y about its mean: a member that claims mo
 UNSURE = 16.0  # times the least variance that anyone claims, over eta: by squared errors, who claims more is not heard
 TINY, ABSURD = 1e-12, 1e60  # of y_scale^2 the least variance; of y_scale what no y can be
 LONG_MEMORY, SETTLE = 1000.0, 60  # samples of the long-run mean, and those it leaves out at first
-MOST_WIDTH, LEAST_WIDTH = 400.0, 0.1  # most that one e^2/variance counts for c and d; the least c
-APART, LEAST_APART = 0.005, 1e-4  # d before the first sample, and at least
+DOUBT = (1e-4, 0.003, 0.3, 0.03)  # d_k: what members' disagreement counts; the last is beside the long-run mean of e^2
+HASTY = (2.0, 2.0, 2.0, 1.0)  # m_k, over that of the tails
+VARIANCES = len(DOUBT)
+MOST_WIDTH, LEAST_WIDTH = 1000.0, 0.02  # most that one e^2/v counts; the least c
+WORTH, LEAST_WORTH = 0.05, 1e-30  # r; of all together, so that none is lost for ever
+PATIENCE = 4  # samples after which it is asked who is likelier
+LEAST_SHARE, FARTHEST = 1e-60, 1e30  # of one v beside the variance told; of D, in y_scale^2
 YOUNG, TENTH = 10.0, 0.1  # tails remember 10 samples and a tenth of the record, up to their full memory
 
 
@@ -100,18 +109,24 @@ AVERAGE = Layout(
         regret_squares="the squares of what it is the sum of",
         regret_most="the largest of them",
     ),
-    Field("width", about="c: mean of what e^2 of the prediction is beside the variance"),
     Field("silent", about="samples since y was there"),
-    Field("apart", about="d: what the members' disagreement counts beside the density's variance"),
     *each(
         "BLENDS",
         far_regret="as `regret`, of forecasts across gaps of y",
         far_squares="the squares of what it is the sum of",
         far_most="the largest of them",
     ),
+    *each(
+        "VARIANCES",
+        width="c: mean of what e^2 of the prediction is beside each variance that it may have",
+        worth="how likely each of these is",
+        gained="sum of e^2 beside it, since that was asked",
+        volume="product of it beside the variance that was told, since then",
+    ),
     given=("members",),
     BLENDS=BLENDS,
     SCALES=SCALES,
+    VARIANCES=VARIANCES,
     all=f"members + {len(NAIVE)}",
 )
 open_average = kernel(AVERAGE.open)
@@ -144,28 +159,9 @@ def fresh(task: Averaging) -> np.ndarray:
     state["long"], state["ratio"], state["spread"] = task.unit, 1.0, task.unit
     for name in WEIGHTS:
         state[name] = 1.0 / state[name].size
-    state["width"], state["apart"] = 1.0, APART
-    fill_tails(state["tails"])
+    state["width"], state["worth"], state["volume"] = 1.0, 1.0 / VARIANCES, 1.0
+    state["tails"] = PRIOR
     return state
-
-
-@kernel
-def prior_count(j):
-    """Return the samples that scale j is worth beforehand: two for the plain one, less the further from it.
-
-    The larger ones so little that all of them together, unseen, add less than one sample of s to the variance.
-    """
-    if j >= len(FAST):
-        return 0.01
-    kappa = FAST[j]
-    return 2.0 if kappa == 1.0 else 0.5 * min(kappa, 1.0 / (kappa * kappa))
-
-
-@kernel
-def fill_tails(q):
-    """Write the counts of all scales beforehand."""
-    for j in range(SCALES):
-        q[j] = prior_count(j)
 
 
 @kernel
@@ -257,20 +253,20 @@ def base_of(mu, claims, w, mean, floor):
 
 @kernel
 def disagreement(mu, prediction, far):
-    """Return the median of the squared distances of members from the prediction, the lower one of two."""
+    """Return the upper quartile of the squared distances of members from the prediction, the lower one of two."""
     n = 0
     for i in range(mu.size):
         far[n] = square(mu[i] - prediction)
         n += 1 if math.isfinite(far[n]) else 0
-    return median(far, n) if n > 0 else 0.0
+    return smallest(far, n, 3 * (n - 1) // 4) if n > 0 else 0.0
 
 
 @kernel
-def median(a, n):
-    """Return the median of the first n, which it puts into another order (Hoare's find)."""
-    low, high, middle = 0, n - 1, (n - 1) // 2
+def smallest(a, n, at):
+    """Return that of the first n which stands at ``at`` when they are in order; it moves them (Hoare's find)."""
+    low, high = 0, n - 1
     while low < high:
-        pivot, i, j = a[middle], low, high
+        pivot, i, j = a[at], low, high
         while i <= j:
             while a[i] < pivot:
                 i += 1
@@ -280,11 +276,37 @@ def median(a, n):
                 a[i], a[j] = a[j], a[i]
                 i += 1
                 j -= 1
-        if j < middle:
+        if j < at:
             low = i
-        if middle < i:
+        if at < i:
             high = j
-    return a[middle]
+    return a[at]
+
+
+@kernel
+def variances_of(base, long, far, floor, width, worth, v):
+    """Fill v, the variances that the prediction may have beside members that are so far from it; return their mean."""
+    mean = 0.0
+    for k in range(VARIANCES):
+        v[k] = width[k] * max((long if k == VARIANCES - 1 else base) + DOUBT[k] * far, floor)
+        mean += worth[k] * v[k]
+    return mean
+
+
+@kernel
+def learn_variances(seen, e2, variance, v, tails, width, worth, gained, volume, scores):
+    """Let each follow the squared errors; every so many samples, the likelier ones win."""
+    per_variance, gain = 1.0 / variance, 1.0 / tails
+    for k in range(VARIANCES):
+        z2 = min(e2 / v[k], MOST_WIDTH)
+        gained[k] += z2
+        volume[k] *= max(v[k] * per_variance, LEAST_SHARE)
+        width[k] = max(width[k] * (1.0 + HASTY[k] * gain * (z2 - 1.0)), LEAST_WIDTH)
+    if int(seen) % PATIENCE == 0:
+        for k in range(VARIANCES):
+            scores[k] = -WORTH * (gained[k] + log(volume[k]))
+            gained[k], volume[k] = 0.0, 1.0
+        weigh(worth, scores, 1.0, LEAST_WORTH)
 
 
 @kernel
@@ -342,7 +364,7 @@ def learn_tails(task, row, q, densities, e, base):
     share = 1.0 / total
     for j in range(SCALES):
         part = q[j] * densities[j] * share
-        q[j] = fade * q[j] + (1.0 - fade) * prior_count(j) + part
+        q[j] = fade * q[j] + (1.0 - fade) * PRIOR[j] + part
     if row[SEEN] < SETTLE:
         row[LONG], row[LONG_COUNT] = base, 0.5 * SETTLE
     else:
@@ -399,12 +421,14 @@ def pass_over_averaging(task, rows, q, kept, out, state):
     M = q.shape[1]
     (
         row, tails, likely, evidence, squares, ratio, behind, brief, lasting, missed, misses, worst_miss,
-        spread, regret, regrets, most, width, silent, apart, far, fars, most_far,
+        spread, regret, regrets, most, silent, far, fars, most_far, width, worth,
+        gained, volume,
     ) = open_average(state, M - len(NAIVE))  # fmt: skip
     scratch = state[state.size - scratch_size(M) :]
     scores, one, two, three = scratch[:M], scratch[M : 2 * M], scratch[2 * M : 3 * M], scratch[3 * M : 4 * M]
     four, claims, rest = scratch[4 * M : 5 * M], scratch[5 * M : 6 * M], scratch[6 * M :]
-    crowd, means, v, densities = log(1.0 * M), rest[:BLENDS], rest[BLENDS : 2 * BLENDS], rest[2 * BLENDS :]
+    crowd, means, v = log(1.0 * M), rest[:BLENDS], rest[BLENDS : 2 * BLENDS]
+    wide, densities = rest[2 * BLENDS : 2 * BLENDS + VARIANCES], rest[2 * BLENDS + VARIANCES :]
     for t in range(rows.shape[0]):
         y, mu, S, w = rows[t, 0], q[t], kept[t], out[t, TOLD + SCALES :]
         for i in range(len(NAIVE)):
@@ -427,8 +451,10 @@ def pass_over_averaging(task, rows, q, kept, out, state):
         base = base_of(mu, claims, one, mean, floor)
         is_absurd = abs(y) > ABSURD * math.sqrt(task.unit)
         variance = tell(row, tails, math.nan if is_absurd else y, prediction, mean, base, floor, densities, out[t])
-        doubt = apart[0] * disagreement(mu[: M - len(NAIVE)], prediction, scores) if is_next else 0.0
-        out[t, VARIANCE] = width[0] * (variance + doubt) if is_next else variance
+        if is_next:
+            apart = min(disagreement(mu[: M - len(NAIVE)], prediction, scores), FARTHEST * task.unit)
+            variance = variances_of(base, row[LONG], apart, floor, width, worth, wide)
+        out[t, VARIANCE] = variance
         out[t, STATUS] = BAD_VALUE if is_absurd else 0.0 if math.isfinite(y) else MISSING_OUTPUT
         if out[t, STATUS] != 0.0:
             out[t, SCORE] = math.nan
@@ -440,10 +466,9 @@ def pass_over_averaging(task, rows, q, kept, out, state):
         else:
             regret_of(y - prediction, prediction, means, means, task.unit, 1.0, far, fars, most_far)
         if is_next and row[SEEN] >= task.settle:
-            z2 = square(y - prediction) / out[t, VARIANCE]
-            more, part = (min(z2, MOST_WIDTH) - 1.0) / task.tails, doubt / (variance + doubt)
-            width[0] = max(width[0] * (1.0 + more), LEAST_WIDTH)
-            apart[0] = max(apart[0] * (1.0 + part * more), LEAST_APART)
+            learn_variances(
+                row[SEEN], square(y - prediction), variance, wide, task.tails, width, worth, gained, volume, scores
+            )
             regret_of(y - means[3], means[3], mu, claims, task.unit, task.rate, missed, misses, worst_miss)
         for k in range(BLENDS - 2):
             weigh_by_squares(
@@ -458,4 +483,4 @@ def pass_over_averaging(task, rows, q, kept, out, state):
 @kernel
 def scratch_size(M):
     """Return how many numbers behind a state one sample needs, of so many forecasts."""
-    return 6 * M + 2 * BLENDS + SCALES
+    return 6 * M + 2 * BLENDS + VARIANCES + SCALES

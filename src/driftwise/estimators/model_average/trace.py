@@ -18,9 +18,9 @@ class AverageTrace(Trace):
 
     ``prediction``, ``innovation``, ``variance`` (of the prediction error) and the density belong to y(t) given the
     samples before it; ``weights`` are those of the prediction. The density is that by likelihood; where the prediction
-    is not its centre, because another mean has smaller squared errors, the band about it is wider; ``variance`` is that
-    of the density and what the members' disagreement adds, times what squared errors of the prediction have been beside
-    it. ``state`` continues where the trace ends.
+    is not its centre, because another mean has smaller squared errors, the band about it is wider; ``variance`` is what
+    squared errors of the prediction have been beside what members claim and how far they disagree. ``state`` continues
+    where the trace ends.
 
     Examples
     --------
