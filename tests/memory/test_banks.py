@@ -13,7 +13,7 @@ from scipy import stats
 import driftwise as dw
 from driftwise.engine import compile
 from driftwise.memory.bank import open_bank
-from driftwise.memory.modes import CHI2, FREEDOM, WEIGHT, log_density, mode
+from driftwise.memory.modes import CHI2, FREEDOM, WEIGHT, fall, height, mode, outlier
 from driftwise.memory.unknown_drift import open_drift_state
 
 CASES = {c["id"]: c for c in json.loads((Path(__file__).parents[1] / "golden" / "abid.json").read_text())["cases"]}
@@ -123,10 +123,21 @@ def test_bank_of_two_is_the_case_in_50_digits():
 
 def test_the_density_is_that_of_student():
     for nu in (1.0, 7.5, 49.9, 50.0, 60.0, 199.0):
-        for e, V in ((0.0, 1.0), (3.0, 0.2), (50.0, 2.0)):
-            expected = stats.t.logpdf(e, nu, scale=np.sqrt(V))
-            assert log_density(nu, e * e / V, V) == pytest.approx(expected, abs=2e-12)
-    assert log_density(np.inf, 4.5, 2.0) == pytest.approx(stats.norm.logpdf(3.0, scale=np.sqrt(2.0)), abs=1e-13)
+        for z in (0.0, 45.0, 1250.0):
+            expected = stats.t.logpdf(np.sqrt(z), nu) + 0.5 * np.log(2.0 * np.pi)
+            assert height(nu) + fall(nu, z) == pytest.approx(expected, abs=2e-12)
+    assert height(np.inf) + fall(np.inf, 4.5) == -2.25
+
+
+def test_an_error_is_an_outlier_by_the_odds_of_two_densities():
+    narrow, share = 1.0 / 400.0, 0.01
+    for nu in (1.0, 7.5, 60.0, np.inf):
+        for z in (0.0, 1.0, 9.0, 45.0, 1250.0):
+            log_p, factor, rho = outlier(nu, z, narrow, share)
+            plain = (1.0 - share) * np.exp(height(nu) + fall(nu, z))
+            wild = share * np.sqrt(narrow) * np.exp(height(nu) + fall(nu, z * narrow))
+            assert log_p + np.log(factor) == pytest.approx(np.log(plain + wild), abs=1e-13)
+            assert rho == pytest.approx(wild / (plain + wild), rel=1e-13)
 
 
 def test_interacting_tells_jumps_where_they_are():

@@ -99,9 +99,7 @@ def adapt_auto(memory, state, e, R, view):
             begin_trial(memory, trial, own.bank, drift.unit, M, surprise, view.b)
             head[STRUCK_BEFORE] = head[STRUCK_SO_FAR]
             is_on = True
-    evidence, rho = update_bank(
-        memory, own.bank, own.dense, e, R, theta, view, own.logs, outliers, is_unexcited, is_unexcited
-    )
+    evidence, rho = update_bank(memory, own, e, R, theta, view, outliers, is_unexcited, is_unexcited)
     own.head[WAITS] = 0.0 if is_unexcited else 1.0
     if is_unexcited:
         unfold(own.bank, own.dense, N)
@@ -169,9 +167,9 @@ def found_jump_auto(memory, state, detector_state):
 @kernel
 def time_update_auto(memory, state, elapsed, view):
     """Take all filters one sample on."""
-    parts = open_parts(memory, state, memory.cap.size)
-    own, trial, drift, learner, head = parts.own, parts.trial, parts.drift, parts.learner, parts.head
-    N, M, q, status = memory.cap.size, MODES, own.q, 0
+    N, M, status = view.theta.size - view.first, MODES, 0  # of which a compiler may know more than of settings
+    parts = open_parts(memory, state, N)
+    own, trial, drift, learner, head, q = parts.own, parts.trial, parts.drift, parts.learner, parts.head, parts.own.q
     is_unexcited, waits = drift.head[UNEXCITED] > 0.0, own.head[WAITS] > 0.0
     for i in range(N):
         for m in range(M - 1):
@@ -181,7 +179,7 @@ def time_update_auto(memory, state, elapsed, view):
         unfold(own.bank, own.dense, N)
     for i in range(N):
         view.c[i] = own.dense[(M - 1) * own.P.size + at(i, i)]
-    carry(learner, memory.phi, drift.q, view.c, memory.cap)
+    carry(learner, memory.phi[:N], drift.q, view.c, memory.cap)
     if waits:
         is_capped = interact(memory, own, own.bank, q, N)
     else:

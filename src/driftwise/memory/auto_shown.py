@@ -66,7 +66,7 @@ def merge_shy(memory, own, learner, theta, U, D):
         one = mode(bank, m, N)
         w = one.own[WEIGHT] * inverse
         add_spread(P, w * logs[m], dense[m * size : (m + 1) * size], w, one.theta, theta)
-    shrink(P, memory.cap)
+    shrink(P, memory.cap[:N])
     for i in range(size):
         dense[MODES * size + i] = P[i]
     factor_within(P, U, D)
@@ -102,7 +102,7 @@ def blend(memory, parts, view):
             add_spread(P, w * own_sigma2(memory, one.own), trial.dense[k * half : (k + 1) * half], w, one.theta, mean)
     if is_alone:
         move_alone(trial, parts.drift.unit, -1.0)
-    shrink(P, memory.cap)
+    shrink(P, memory.cap[:N])
     for i in range(N):
         theta[i] = mean[i]
     for i in range(half):
@@ -127,10 +127,10 @@ def drift_together(memory, own, waits, theta, U, D, view):
         view.c[i] *= inverse
     if waits:
         P = own.dense[M * own.P.size :]
-        pass_time(theta, P, memory.phi)
+        pass_time(theta, P, memory.phi[:N])
         for i in range(N):
             P[at(i, i)] += view.c[i]
-        shrink(P, memory.cap)
+        shrink(P, memory.cap[:N])
         factor_within(P, U, D)
     else:
         relax(theta, U, D, memory.phi, view.b)

@@ -13,7 +13,7 @@ from ..engine.errors import InputError
 from ..engine.layout import Field, Layout, each
 from ..engine.ud import variances
 from .registry import adapt, least_squares, register, resolve, time_update
-from .sensitivity import add_variance, follow_covariance, follow_mean, pass_time
+from .sensitivity import add_variance, follow_covariance, follow_mean, pass_time, stays
 from .settings import more_than_one
 from .unknown_drift import SEEN, common, drift_state_size, excite, learns_drift, open_drift_state, wander
 
@@ -139,17 +139,19 @@ def climb(policy, learner, z, part):
     eta, g, r, w, J, A = learner.eta, learner.score, learner.share, learner.slope, learner.J, learner.A
     m, fade, mean, known = eta.size, 1.0 / policy.samples, 0.0, learner.known
     tight, loose = 1.0 / (policy.tau * policy.tau), 1.0 / (policy.prior * policy.prior)
+    common = tight / m
     known[0] += 0.5 - known[0] * fade
     nuisance = 1.0 / (known[0] + loose) if policy.learns > 0.0 else 0.0  # what log sigma^2 explains as well
     for j in range(m):
         learner.shares[j] += 0.5 * r[j] - learner.shares[j] * fade
-        mean += eta[j] / m
+        mean += eta[j]
+    mean /= m
     for j in range(m):
         g[j] = -0.5 * part * (r[j] * (1.0 - z * z) + 2.0 * z * w[j]) - (eta[j] * loose + (eta[j] - mean) * tight) * fade
         shared = learner.shares[j] * nuisance
         for i in range(j + 1):
             J[at(i, j)] += part * (0.5 * r[i] * r[j] + w[i] * w[j]) - J[at(i, j)] * fade
-            A[at(i, j)] = J[at(i, j)] - tight / m - learner.shares[i] * shared
+            A[at(i, j)] = J[at(i, j)] - common - learner.shares[i] * shared
         A[at(j, j)] += tight + loose
     solve(A, g)
     for j in range(m):
@@ -167,9 +169,10 @@ def ratio(policy, learner, i):
 def carry(learner, phi, q, p, cap):
     """Take the derivatives to the next sample; a variance p of theta at its cap grows no further."""
     m = learner.eta.size
-    for j in range(m):
-        dtheta, dP = derivatives(learner, j)
-        pass_time(dtheta, dP, phi)
+    if not stays(phi):
+        for j in range(m):
+            dtheta, dP = derivatives(learner, j)
+            pass_time(dtheta, dP, phi)
     for i in range(q.size):
         if p[i] < cap[i]:
             _, dP = derivatives(learner, i if m > 1 else 0)

@@ -2,12 +2,12 @@
 
 import math
 
-from ..engine.dense import at
+from ..engine.dense import add_square, at
 from ..engine.dispatch import kernel, rare
 from ..engine.ud import factor_within
 from .gauss_markov import relax, widen_within
 from .modes import CHI2, FREEDOM, OWN, WEIGHT, count_of, mode, own_sigma2
-from .sensitivity import pass_time
+from .sensitivity import pass_time, stays
 from .wind_up import hold_within
 
 
@@ -25,7 +25,7 @@ def merge(memory, own, theta, U, D):
         one = mode(bank, m, N).own
         logs[m], logs[M + m] = one[WEIGHT], own_sigma2(memory, one)
     freedom, _, s2 = amount(bank, logs[:M], logs[M : 2 * M], dense, theta, P)
-    shrink(P, memory.cap)
+    shrink(P, memory.cap[:N])
     for i in range(size):
         dense[M * size + i] = P[i]
     factor_within(P, U, D)
@@ -111,35 +111,69 @@ def interact(memory, own, bank, q, N):
 
     Mode j becomes what a mode drawn with the odds w_i A_ij amounts to: its mean, and its covariance about that. No
     variance exceeds its cap (D P D keeps P a covariance); say whether one met it. ``dense`` has the P of every mode,
-    packed.
+    packed, and is used up: second moments about the mean of all serve every mixture.
     """
     old, dense, logs, P, A = own.old, own.dense, own.logs, own.P, memory.A
-    M, is_capped = count_of(bank, N), False
+    cap, phi, size = memory.cap[:N], memory.phi[:N], N * (N + 1) // 2  # a compiler may know N, but not of settings
+    M, is_capped, is_still, centre = count_of(bank, N), False, stays(phi), mode(old, 0, N).D
+    for i in range(N):
+        centre[i] = 0.0
     for m in range(M):
         one, before = mode(bank, m, N), mode(old, m, N)
         for i in range(OWN):
             before.own[i] = one.own[i]
         for i in range(N):
-            before.theta[i] = one.theta[i]
+            centre[i] += one.own[WEIGHT] * one.theta[i]
+    for m in range(M):
+        one, before = mode(bank, m, N), mode(old, m, N)
         logs[M + m] = own_sigma2(memory, one.own)
+        for i in range(N):
+            before.theta[i] = one.theta[i] - centre[i]
+        about_centre(dense[m * size : (m + 1) * size], logs[M + m], before.theta)
     for j in range(M):
         one, weight = mode(bank, j, N), 0.0
         for i in range(M):
             logs[i] = mode(old, i, N).own[WEIGHT] * A[i * M + j]
             weight += logs[i]
-        inverse = 1.0 / weight
-        for i in range(M):
-            logs[i] *= inverse
-        freedom, chi2, s2 = amount(old, logs[:M], logs[M : 2 * M], dense, one.theta, P)
+        inverse, freedom, chi2, s2 = 1.0 / weight, 0.0, 0.0, 0.0
+        for i in range(N):
+            one.theta[i] = 0.0
+        for m in range(M):
+            before, w = mode(old, m, N), logs[m] * inverse
+            logs[m] = w
+            freedom += w * before.own[FREEDOM]
+            chi2 += w * before.own[CHI2]
+            s2 += w * logs[M + m]
+            for i in range(N):
+                one.theta[i] += w * before.theta[i]
+        inverse = 1.0 / s2
+        for m in range(M):
+            logs[m] *= inverse
+        for i in range(size):
+            P[i] = logs[0] * dense[i]
+            for m in range(1, M):
+                P[i] += logs[m] * dense[m * size + i]
+        add_square(P, -inverse, one.theta)
+        for i in range(N):
+            one.theta[i] += centre[i]
         one.own[WEIGHT], one.own[FREEDOM] = weight, freedom
         one.own[CHI2] = s2 * freedom if freedom >= 1.0 else chi2
-        pass_time(one.theta, P, memory.phi)
+        if not is_still:
+            pass_time(one.theta, P, phi)
         for i in range(N):
             P[at(i, i)] += q[j * N + i]
-        if shrink(P, memory.cap):
+        if shrink(P, cap):
             is_capped = True
         factor_within(P, one.U, one.D)
     return is_capped
+
+
+@kernel
+def about_centre(Q, s2, d):
+    """Q <- s2 Q + d d', packed: the second moment about a point that the mean is d away from, Q relative to s2."""
+    for i in range(Q.size):
+        Q[i] *= s2
+    add_square(Q, 1.0, d)
 
 
 @kernel

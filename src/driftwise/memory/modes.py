@@ -16,6 +16,7 @@ WEIGHT, FREEDOM, CHI2, OWN = range(4)  # a mode's own numbers, and how many
 FADE = 0.995  # per sample, of what each sigma^2 rests on
 FAINTEST = 1e-6  # least weight of a mode
 WIDER = 400.0  # how many times the noise variance that of outliers is
+TURN = 0.5 / math.pi
 WIDE = 1e3  # psi' P psi in units of R: more digits than these are not given away by subtracting from P
 
 
@@ -61,7 +62,9 @@ def own_noise(memory, s2, R, shown):
 
     Beyond ``memory.R`` R is what regressors are wrong by: so much in y, whatever a mode thinks of its noise.
     """
-    return memory.R + (R - memory.R) * (shown / s2)
+    if R != memory.R:  # else nothing waits for sigma^2
+        R = memory.R + (R - memory.R) * (shown / s2)
+    return R
 
 
 @kernel
@@ -91,41 +94,39 @@ def hand_over(bank, dense, one, P):
 
 
 @kernel
-def log_density(nu, z, V):
-    """Return the log of Student's t with nu degrees of freedom and squared scale V at z = e^2/V (normal: inf).
-
-    The unit of V is free: it shifts all logs alike.
-    """
+def height(nu):
+    """Return the log of the density of Student's t where it is highest, times sqrt(2 pi V), V its squared scale."""
     if nu == math.inf:
-        return -0.5 * (z + log(2.0 * math.pi * V))
+        return 0.0
     if nu < 50.0:
-        constant = lgamma(0.5 * (nu + 1.0)) - lgamma(0.5 * nu) - 0.5 * log(0.5 * nu)
-    else:  # the same to 1e-13 (Stirling)
-        constant = (-0.25 + (1.0 / 24.0 - 0.05 / (nu * nu)) / (nu * nu)) / nu
-    return constant - 0.5 * (log(2.0 * math.pi * V) + (nu + 1.0) * log1p(z / nu))
+        return lgamma(0.5 * (nu + 1.0)) - lgamma(0.5 * nu) - 0.5 * log(0.5 * nu)
+    part = 1.0 / nu  # the same to 1e-13 (Stirling)
+    return (-0.25 + (1.0 / 24.0 - 0.05 * part * part) * (part * part)) * part
 
 
 @kernel
-def outlier(nu, z, V, wider, share):
-    """Return log p of an error that is an outlier this ``share`` of the time, and the probability that this one is.
+def fall(nu, z):
+    """Return by how much the logarithm is less at z = e^2/V (normal: nu is inf)."""
+    return -0.5 * z if nu == math.inf else -0.5 * (nu + 1.0) * log1p(z / nu)
 
-    V is the squared scale of one that is none, ``wider`` how many times as large that of an outlier is.
+
+@kernel
+def outlier(nu, z, narrow, share):
+    """Return p of an error that is an outlier this ``share`` of the time, and the probability that this one is.
+
+    The first as a logarithm and a factor, times sqrt(2 pi V), V the squared scale of one that is none; ``narrow`` is V
+    over that of an outlier.
     """
-    if nu == math.inf:
-        ratio = 0.5 * z * (1.0 - 1.0 / wider)
-    else:
-        ratio = 0.5 * (nu + 1.0) * log((nu + z) / (nu + z / wider))
-    odds = ratio - 0.5 * log(wider * (1.0 / share - 1.0) * (1.0 / share - 1.0))  # their logarithm
-    less = exp(-abs(odds))
-    rho = 1.0 / (1.0 + less) if odds > 0.0 else less / (1.0 + less)
-    both = (1.0 - share) * (1.0 + less)
-    return log_density(nu, z, V / (both * both)) + max(odds, 0.0), rho
+    far, odds = fall(nu, z * narrow), share / (1.0 - share) * math.sqrt(narrow)
+    both = exp(fall(nu, z) - far) + odds
+    return height(nu) + far, (1.0 - share) * both, odds / both
 
 
 @kernel
 def take(memory, one, P, error, R, view, outliers, is_unexcited, is_apart):
-    """Let one mode learn from its error; return log p of mode and error, the probability of an outlier, T, sigma^2.
+    """Let one mode learn from its error; return p of mode and error, the probability of an outlier, T, sigma^2.
 
+    p is a logarithm and a factor, so that nobody waits for the logarithm of what is never far from one.
     ``outliers`` is their share of the samples, 0 where there are none.
     An error that is an outlier with probability rho is taken in with the gain (1 - rho) K + rho K2, K2 that of a noise
     WIDER times as large, or of the error's own square where that is larger: sizes of outliers beyond all have the same
@@ -134,21 +135,22 @@ def take(memory, one, P, error, R, view, outliers, is_unexcited, is_apart):
     be mixed; a mode that ``is_apart`` has it in U and D.
     """
     D, U, own, f, b = one.D, one.U, one.own, view.f, view.b
-    s2, nu, weight = own_sigma2(memory, own), math.inf, own[WEIGHT]
-    is_ready = memory.learns == 0.0 or own[FREEDOM] >= 1.0
+    s2, nu = own_sigma2(memory, own), math.inf
+    inverse, is_ready = 1.0 / s2, memory.learns == 0.0 or own[FREEDOM] >= 1.0
     if memory.learns > 0.0:
         nu, R = max(own[FREEDOM], 1.0), own_noise(memory, s2, R, view.s2)
     project(U, view.psi, f)
     p = predicted_variance(f, D, 0.0)
     T = p + R
-    k, k2 = 1.0 / T, 1.0 / (T + max((WIDER - 1.0) * R, error * error / s2 - R))
-    z, V, rho = error * error * k / s2, s2 * (T / memory.R) / (weight * weight), 0.0
+    square = error * error * inverse
+    k, k2 = 1.0 / T, 1.0 / (T + max((WIDER - 1.0) * R, square - R))
+    z, log_p, factor, rho = square * k, 0.0, own[WEIGHT], 0.0
     if is_ready and outliers > 0.0:
-        log_p, rho = outlier(nu, z, V, k / k2, outliers)
+        log_p, both, rho = outlier(nu, z, k2 * T, outliers)
+        factor *= both * math.sqrt(memory.R * TURN * (k * inverse))
     elif is_ready:
-        log_p = log_density(nu, z, V)
-    else:
-        log_p = log(weight)
+        log_p = height(nu) + fall(nu, z)
+        factor *= math.sqrt(memory.R * TURN * (k * inverse))
     gain = (1.0 - rho) * k + rho * k2
     less = gain - rho * (1.0 - rho) * z * T * (k - k2) * (k - k2)
     if is_apart or p > WIDE * R:
@@ -168,7 +170,7 @@ def take(memory, one, P, error, R, view, outliers, is_unexcited, is_apart):
         part *= part * (1.0 - rho)
         own[FREEDOM] = FADE * own[FREEDOM] + part
         own[CHI2] = FADE * own[CHI2] + part * error * error * k
-    return log_p, rho, T, s2
+    return log_p, factor, rho, T, s2
 
 
 @kernel
@@ -185,29 +187,34 @@ def lessen(U, D, f, less, p, T, b, c):
 
 
 @kernel
-def update(memory, bank, dense, e, R, theta, view, logs, outliers, is_unexcited, is_apart):
-    """Let every mode learn, and the weights; return the log evidence and the probability of an outlier.
+def error_of(one, e, psi, theta):
+    """Return the innovation of a mode; e is that of ``theta``."""
+    for i in range(theta.size):
+        e += psi[i] * (theta[i] - one.theta[i])
+    return e
+
+
+@kernel
+def update(memory, own, e, R, theta, view, outliers, is_unexcited, is_apart):
+    """Let every mode of a bank learn, and the weights; return the log evidence and the probability of an outlier.
 
     e is the innovation of ``theta``, R the variance of the noise. The P of each mode is left in ``dense``, packed one
-    behind the other, or in its U and D where they stay apart. ``logs`` is scratch of two numbers a mode; between them
-    stays, of the last mode, what `likelihood.follow` wants: innovation, T, sigma^2, share that is no outlier.
+    behind the other, or in its U and D where they stay apart. In ``logs`` stays, of the last mode, what
+    `likelihood.follow` wants: innovation, T, sigma^2, share that is no outlier.
     """
-    N, M, top = theta.size, count_of(bank, theta.size), -math.inf
-    size = N * (N + 1) // 2
+    bank, dense, logs, N = own.bank, own.dense, own.logs, theta.size
+    M, half, top = count_of(bank, N), N * (N + 1) // 2, -math.inf
     for m in range(M):
-        one = mode(bank, m, N)
-        error = e
-        for i in range(N):
-            error += view.psi[i] * (theta[i] - one.theta[i])
-        P = dense[m * size : (m + 1) * size]
-        logs[m], share, T, s2 = take(memory, one, P, error, R, view, outliers, is_unexcited, is_apart)
+        one, P = mode(bank, m, N), dense[m * half : (m + 1) * half]
+        error = error_of(one, e, view.psi, theta)
+        logs[m], one.own[WEIGHT], share, T, s2 = take(memory, one, P, error, R, view, outliers, is_unexcited, is_apart)
         logs[M + 4 + m] = share
         top = max(top, logs[m])
         if m == M - 1:
             logs[M], logs[M + 1], logs[M + 2], logs[M + 3] = error, T, s2, 1.0 - share
     total = rho = 0.0
     for m in range(M):
-        logs[m] = exp(logs[m] - top)
+        logs[m] = mode(bank, m, N).own[WEIGHT] * exp(logs[m] - top)
         total += logs[m]
         rho += logs[m] * logs[M + 4 + m]
     normalise(bank, logs, total, N)
@@ -217,12 +224,13 @@ def update(memory, bank, dense, e, R, theta, view, logs, outliers, is_unexcited,
 @kernel
 def normalise(bank, weights, total, N):
     """Let the weights of the modes be these, whose sum is ``total``, over their sum, none of them below FAINTEST."""
-    M, again = count_of(bank, N), 0.0
+    M, inverse, again = count_of(bank, N), 1.0 / total, 0.0
     for m in range(M):
-        weights[m] = max(weights[m] / total, FAINTEST)
+        weights[m] = max(weights[m] * inverse, FAINTEST)
         again += weights[m]
+    inverse = 1.0 / again
     for m in range(M):
-        mode(bank, m, N).own[WEIGHT] = weights[m] / again
+        mode(bank, m, N).own[WEIGHT] = weights[m] * inverse
 
 
 @kernel

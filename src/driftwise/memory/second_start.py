@@ -7,11 +7,12 @@ predicts competes with what all others do, who have seen more, and are better un
 """
 
 from ..engine.dispatch import kernel, rare
+from ..engine.elementary import log
 from ..engine.layout import Field, Layout, numbers
 from ..engine.ud import expand
 from .auto_constants import BETTER, FARTHEST, LEARNING, UNFIT, YOUTH
 from .gauss_markov import relax
-from .modes import CHI2, FREEDOM, WEIGHT, hand_over, mode, size_of, take
+from .modes import CHI2, FREEDOM, WEIGHT, error_of, hand_over, mode, size_of, take
 from .trial_state import AGE as TRIAL_AGE
 from .trial_state import BESIDE, FREED, LEVEL
 from .unknown_drift import ROOM
@@ -45,14 +46,13 @@ def start_again(memory, second, e, R, evidence, outliers, unit, theta, P, view):
     N, head = theta.size, second.head
     if head[AGE] == 0.0 or head[SCORE] < UNFIT or head[AGE] >= N + LEARNING + YOUTH:
         begin_second(memory, second, theta, unit)
-    one, error = mode(second.row, 0, N), e
-    for i in range(N):
-        error += view.psi[i] * (theta[i] - one.theta[i])
-    log_p, _, _, _ = take(memory, one, P, error, R, view, outliers, False, True)
+    one = mode(second.row, 0, N)
+    error = error_of(one, e, view.psi, theta)
+    log_p, factor, _, _, _ = take(memory, one, P, error, R, view, outliers, False, True)
     relax(one.theta, one.U, one.D, memory.phi, view.b)
     head[AGE] += 1.0
     if head[AGE] > N + LEARNING:
-        head[SCORE] += log_p - evidence
+        head[SCORE] += log_p + log(factor) - evidence
     return head[SCORE] > BETTER
 
 

@@ -32,7 +32,7 @@ from .auto_constants import (
 from .gauss_markov import relax, widen_within
 from .lone_jump import weigh_alone
 from .mixing import shrink
-from .modes import CHI2, FREEDOM, WEIGHT, mode, own_sigma2, size_of, take
+from .modes import CHI2, FREEDOM, WEIGHT, error_of, mode, own_sigma2, size_of, take
 from .sensitivity import pass_time
 from .trial_state import (
     AGE,
@@ -130,12 +130,11 @@ def copy_sees(memory, trial, k, e, R, theta, outliers, view):
     """Let a copy see the sample; return its error, the probability that it is an outlier, and T."""
     N = theta.size
     half = N * (N + 1) // 2
-    one, error = mode(trial.copies, k, N), e
-    for i in range(N):
-        error += view.psi[i] * (theta[i] - one.theta[i])
+    one = mode(trial.copies, k, N)
+    error = error_of(one, e, view.psi, theta)
     P = trial.dense[k * half : (k + 1) * half]
-    log_p, rho, T, _ = take(memory, one, P, error, R, view, outliers, False, False)
-    trial.found[k] += log_p
+    log_p, factor, rho, T, _ = take(memory, one, P, error, R, view, outliers, False, False)
+    trial.found[k] += log_p + log(factor)
     return error, rho, T
 
 
@@ -172,16 +171,16 @@ def argue(memory, trial, e, R, clean, theta, evidence, outliers, view, unit):
 @kernel
 def time_update_copies(memory, trial, q, waits, b):
     """Take the copies one sample on; ``q`` are the variances that every filter of the bank gains, N of each."""
-    N = memory.cap.size
+    N = trial.score.size
     half, first = N * (N + 1) // 2, int(trial.head[LEADER]) * N
     for k in range(COPIES):
         one, P = mode(trial.copies, k, N), trial.dense[k * half : (k + 1) * half]
         share = trial.head[BEFORE] / own_sigma2(memory, one.own) if k == LEVEL else 1.0
         if waits:
-            pass_time(one.theta, P, memory.phi)
+            pass_time(one.theta, P, memory.phi[:N])
             for i in range(N):
                 P[at(i, i)] += share * q[first + i]
-            shrink(P, memory.cap)
+            shrink(P, memory.cap[:N])
             factor_within(P, one.U, one.D)
         else:
             relax(one.theta, one.U, one.D, memory.phi, b)
