@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import driftwise as dw
-from driftwise.detect.size_mixture import SizeMixture
+from driftwise.detect.size_mixture import SMALL, WIDE, SizeMixture, far_ratios, near_ratios
 from driftwise.engine import compile
 from driftwise.engine.dispatch import flatten
 
@@ -133,7 +133,27 @@ def test_gaps_resuming_and_one_sample_at_a_time():
     for t in range(400):
         state, sign = monitor.update(state, z[t], slopes[t])
         signs.append(sign.alarm)
-    assert np.array_equal(np.flatnonzero(signs), whole.samples)
+    assert np.array_equal(np.flatnonzero(signs), whole.samples) and np.array_equal(state, whole.state)
+    with pytest.raises(dw.InputError, match="slopes must be finite"):
+        monitor.update(state, 0.0, [np.inf, 1.0])
+
+
+def test_slopes_of_very_different_size():
+    rng = np.random.default_rng(9)
+    z, slopes = 2.0 * rng.standard_normal(160), rng.standard_normal((160, 3)) ** 5
+    found = dw.detect.ScoreCUSUM(threshold=600.0).scan(z, slopes)
+    np.testing.assert_allclose(found.statistic, np.maximum(definition(z, slopes)[0], 0.0) / 600.0, atol=1e-14)
+
+
+def test_ratios_of_usual_slopes_are_those_of_exponentials():
+    rng = np.random.default_rng(10)
+    for v in (0.0, 1e-9, 0.3, -1.0, 2.0, -3.0):
+        a = min(SMALL, WIDE / max(abs(v), 1e-3)) * np.r_[-1.0, 1.0, 0.0, rng.uniform(-1.0, 1.0, 50)]
+        up, down = np.empty_like(a), np.empty_like(a)
+        far_ratios(a, up, down, 1.0, v)
+        near = np.array([near_ratios(x, v) for x in a])
+        np.testing.assert_allclose(near, np.column_stack([up, down]), rtol=5e-15)
+        np.testing.assert_allclose(up, np.exp(a * v - a * a / 2), rtol=1e-15)
 
 
 def test_compiled_and_plain_agree(monkeypatch):

@@ -122,6 +122,22 @@ def test_an_average_of_one_variance_goes_on():
     np.testing.assert_allclose(trace.innovation, was["innovation"], rtol=1e-12, atol=1e-13)
 
 
+def test_a_detector_that_kept_its_ratios_by_parameter_goes_on():
+    """The jump is two samples before the state was saved, and dated by what was kept of them."""
+    following = json.loads((SAVED / "score-next.json").read_text())
+    est, state = dw.load_state(SAVED / "state-ARX-score.json")
+    was = following["ARX"]
+    trace = est.scan(was["y"], following["u"], state=state)
+    np.testing.assert_allclose(trace.columns()["statistic"], was["statistic"], rtol=1e-11)
+    np.testing.assert_allclose(trace.innovation, was["innovation"], rtol=1e-12)
+    assert [jump.text for jump in trace.jumps()] == was["jumps"] != []
+    fleet = dw.Fleet.load(SAVED / "fleet-ARXMIMO-score.parquet")
+    was = following["ARXMIMO"]
+    trace = fleet.estimators[0].scan(was["y"], following["u"], state=fleet.states[0])
+    np.testing.assert_allclose(trace.innovation, was["innovation"], rtol=1e-12)
+    assert [jump.text for jump in trace.jumps()] == was["jumps"]
+
+
 def test_other_schemas_are_refused(tmp_path):
     for schema, words in ((3, "start afresh"), (99, "update driftwise")):
         (tmp_path / "state.json").write_text(json.dumps(WRITTEN["Never"]["saved"] | {"schema": schema}))

@@ -74,15 +74,13 @@ class Monitor(Portable):
         return np.zeros(self._size)
 
     def update(self, state, value: float, slopes=()) -> tuple[np.ndarray, Sign]:
-        """Return the next state and what this sample said; NaN is skipped."""
+        """Return the next state and what this sample said; a sample with NaN, or with a slope that is, is skipped."""
         detector_state = np.array(state, float).reshape(1, -1)
         if detector_state.size != self._size:
             raise InputError(f"state must be {self._size} numbers, got {detector_state.size}: another detector's?")
         z, m = (value - self.mean) / self.std, np.empty((1, 1, self._parameters))
         if math.isinf(z):
             raise InputError(f"value must be finite, or NaN where missing, got {value!r}")
-        if z != z:
-            return detector_state[0], Sign(0, math.nan, 0, -1)
         if self._parameters:
             if np.shape(slopes) != (self._parameters,):
                 raise InputError(
@@ -90,6 +88,10 @@ class Monitor(Portable):
                     f"parameter (the regressors), got shape {np.shape(slopes)}; were they left out?"
                 )
             m[0, 0] = np.divide(slopes, self.std)
+            if np.isinf(m).any():
+                raise InputError(f"slopes must be finite, or NaN where missing, got {slopes!r}")
+        if z != z or np.isnan(m).any():
+            return detector_state[0], Sign(0, math.nan, 0, -1)
         outs = np.empty((1, 1, 1 + OWN))
         self._look(detector_state, np.array([[z]]), m, outs, self._spec)
         alarm, statistic, since, which = outs[0, 0].tolist()

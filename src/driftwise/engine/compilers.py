@@ -18,7 +18,9 @@ from .finish import SECONDS
 _COMMON = ("-std=gnu99", "-O2", "-ffp-contract=off", "-fno-math-errno", "-fvisibility=hidden", "-w")
 # Named views of a state are large structures: kept in memory and copied at each sample, they take half of ARX's time.
 _VIEWS = ("--param", "sra-max-scalarization-size-Ospeed=4096", "-fpeel-loops")
-_GCC = ("-fno-tree-loop-distribute-patterns", "-fno-tree-vectorize", *_VIEWS)
+# No loop is made of vectors but those that say so (`dispatch.abreast`), whose ways join: no flag of an exception tells.
+_ABREAST = ("-fopenmp-simd", "-DDW_SIMD", "-fno-trapping-math")
+_GCC = ("-fno-tree-loop-distribute-patterns", "-fno-tree-vectorize", *_ABREAST, *_VIEWS)
 # Loops are of a few turns: eight at a time, or a call of memmove for a shift, take up to twice as long.
 _SHORT = ("-mllvm", "-unroll-runtime=false", "-mllvm", "-disable-loop-idiom-all")
 _CLANG = ("-fno-vectorize", "-fno-slp-vectorize", *_SHORT)

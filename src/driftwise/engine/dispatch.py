@@ -52,6 +52,15 @@ def rare(function: Callable) -> Callable:
     return kernel(function)
 
 
+@kernel
+def abreast(count):
+    """Return `range` for a loop whose turns have nothing to do with one another: a compiler may take several at once.
+
+    Its body is written out: no loop inside, no sum that goes on from turn to turn, both ways of an ``if`` a number.
+    """
+    return range(count)
+
+
 def choice(prototype: Callable, family: set[type] | None = None) -> Any:
     """Turn a prototype into a function whose first argument's type selects the implementation.
 

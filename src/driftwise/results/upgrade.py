@@ -63,6 +63,7 @@ def parts(fields: list) -> list:
 # both, no mean of an average was by regrets. Fourth: the disagreement of its members added nothing to its variance, and
 # across gaps its mean was by likelihood. In all of them, an average kept the logarithms of its weights. Fifth: one
 # variance followed the errors of its predictions, no four; last, it kept weights.
+# In all of them, a `ScoreCUSUM` without a size kept its ratios one parameter after the other.
 
 FORMER = 5
 SHORT_HEAD = 7  # numbers of the head of AutoMemory, in the first three
@@ -141,8 +142,12 @@ def _pieces(estimator) -> Iterator[Piece]:
 
 def _parts(estimator) -> Iterator[tuple[str, list[Piece]]]:
     """Yield each part of a row, and the pieces it is made of."""
+    from ..detect.size_mixture import SizeMixture
     from ..memory.auto import AutoMemoryKernel
 
+    kinds: dict[str, tuple[type, Any]] = {
+        "memory_state": (AutoMemoryKernel, _piece), "detector_state": (SizeMixture, _mixture)
+    }  # fmt: skip
     members = {f"member{i}": one for i, one in enumerate(estimator.members)}
     for name in estimator.dtype.names:
         size = estimator.dtype[name].itemsize // 8
@@ -152,15 +157,31 @@ def _parts(estimator) -> Iterator[tuple[str, list[Piece]]]:
         if members and name == "own":
             yield name, [_average(estimator, size)]
             continue
-        kept = []
-        if name == "memory_state":
-            policies = [policy for one in estimator.parts for policy in one.policies]
-            kept = [policy for policy in policies if isinstance(policy, AutoMemoryKernel)]
-        pieces = [_piece(memory) for memory in kept]
+        pieces = []
+        if name in kinds:
+            kind, piece = kinds[name]
+            kept = [policy for one in estimator.parts for policy in one.policies if isinstance(policy, kind)]
+            pieces = [piece(policy, size // len(kept)) for policy in kept]
         yield name, pieces if sum(p.now for p in pieces) == size else [Piece((size,) * FORMER, size)]
 
 
-def _piece(memory) -> Piece:
+def _mixture(detector, size: int) -> Piece:
+    """Return how long the part of a mixture over sizes was and is."""
+    m = detector.parameters(size)
+    return Piece((size - 3 * m,) * FORMER, size, (_by_sizes,) * FORMER, (int(detector.K), m))
+
+
+def _by_sizes(was: np.ndarray, piece: Piece) -> np.ndarray:
+    """Return what one mixture keeps: of each parameter there were all sizes up, then down; what it said is not kept."""
+    K, m = piece.owner
+    ratios = was[..., -6 * m * K :].reshape(*was.shape[:-1], 3, m, 2, K)
+    now = np.zeros((*was.shape[:-1], piece.now))
+    now[..., : was.shape[-1] - 6 * m * K] = was[..., : -6 * m * K]
+    now[..., -6 * m * K :] = np.moveaxis(ratios, (-1, -2, -3), (-3, -2, -1)).reshape(*was.shape[:-1], 6 * m * K)
+    return now
+
+
+def _piece(memory, size: int) -> Piece:
     """Return how long the part of an `AutoMemory` was and is."""
     from ..memory.auto_state import HEAD, MODES
     from ..memory.bank import bank_size

@@ -9,6 +9,7 @@ import pytest
 from in_c import HERE, alike, loaded, translated
 
 from driftwise.engine import dispatch, views
+from driftwise.engine.dispatch import abreast
 
 CASES = []
 HELPERS = []
@@ -386,6 +387,16 @@ def given_in_one_way_alone(v, w, k, x, out):
             z = v[0]
         out[1] += z
         z = v[i] if True else 0.0
+
+
+@case
+def turns_that_have_nothing_to_do_with_one_another(v, w, k, x, out):
+    for i in abreast(v.size):
+        t = abs(v[i]) * x
+        out[i] = max(t / 3.0, v[i]) if t > 1.0 else t * v[i] + 1.0
+        v[i] += t
+    for i in abreast(2):
+        out[5 + i] = out[i] - w[1, i]
 
 
 @case

@@ -261,6 +261,8 @@ class Printer:
             sign, turn = (">", f" -= {-one.step}") if one.step < 0 else ("<", f" += {one.step}")
         if self.unrolls:
             yield self.need("DW_UNROLL")
+        elif one.is_abreast:
+            yield self.need("DW_ABREAST")
         yield f"for (I {counter} = {start}; {counter} {sign} {stop}; {counter}{turn}) {{"
         if counter != name:
             yield f"    {name} = {counter};"

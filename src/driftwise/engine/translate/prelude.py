@@ -75,6 +75,13 @@ TEXTS: dict[str, str] = {
 #endif""",
     "dw_at": "#define dw_at(i, n) (i)",
     **{name: f"typedef struct {{\n    {kind} *p;\n    I {sizes};\n}} {name};" for name, (kind, sizes) in _VIEW.items()},
+    "DW_ABREAST": """\
+/* The turns of a loop have nothing to do with one another: GCC, asked by `compilers`, takes two at once. */
+#if defined(DW_SIMD)
+#define DW_ABREAST _Pragma("omp simd")
+#else
+#define DW_ABREAST
+#endif""",
     "dw_fetch": """\
 #if defined(__GNUC__) || defined(__clang__)
 #define dw_fetch(place) __builtin_prefetch(place)

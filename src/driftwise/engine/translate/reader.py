@@ -331,8 +331,8 @@ class Reader(Expressions):
         if node.orelse or not isinstance(node.target, ast.Name):
             self.refuse(node, "for has one name and no else here")
         call = node.iter
-        if isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id == "range":
-            self.count_through(node, call.args)
+        if isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id in ("range", "abreast"):
+            self.count_through(node, call.args, call.func.id == "abreast")
             return False
         if isinstance(call, ast.IfExp):
             ways = [ast.For(node.target, way, node.body, [], lineno=node.lineno) for way in (call.body, call.orelse)]
@@ -352,8 +352,8 @@ class Reader(Expressions):
             self.statements_of(node.body)
         return False
 
-    def count_through(self, node, args) -> None:
-        """``for i in range(start, stop, step)``."""
+    def count_through(self, node, args, is_abreast: bool) -> None:
+        """``for i in range(start, stop, step)``, or ``abreast(stop)``."""
         values = [self.number(v, INT, node) for v in self.ordered(args)]
         start, stop = (values[0], values[1]) if len(values) > 1 else (Constant(INT, 0), values[0])
         step = self.expression(args[2]) if len(args) > 2 else Constant(INT, 1)
@@ -367,7 +367,7 @@ class Reader(Expressions):
                 self.refuse(node, f"{name} counts, and is something else elsewhere")
             self.settle(name, INT)
         body, _ = self.inner(node.body)
-        self.block.append(For(name, start, stop, int(step.value), body))
+        self.block.append(For(name, start, stop, int(step.value), body, is_abreast))
 
     def read_Return(self, node) -> bool:
         """``return``."""

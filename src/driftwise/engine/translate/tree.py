@@ -170,6 +170,7 @@ class For:
     stop: Any
     step: int
     body: list[Any]
+    is_abreast: bool = False
 
 
 @dataclass

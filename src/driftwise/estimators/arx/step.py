@@ -6,7 +6,7 @@ import numpy as np
 
 from ...detect.gate import admit, count_rejections
 from ...detect.watch import SINCE, STATISTIC, WHICH, watch
-from ...engine.dispatch import advance, kernel, listens, open_scratch
+from ...engine.dispatch import abreast, advance, kernel, listens, open_scratch
 from ...engine.elementary import log
 from ...engine.elementary.logarithm import log_of_ratio
 from ...engine.status import BAD_VALUE, EXACT, FILLED, LOST, MISSING_INPUT, MISSING_OUTPUT, REJECTED, SKIPPED
@@ -191,7 +191,7 @@ def advance_lags(form, method, memory, gate, scale, detector, state, scratch, y,
         status |= 0 if is_used else REJECTED
     if listens(detector) and is_used and head[OBSERVED] > form.settle and T > 0.0:
         spread = math.sqrt(s2 * T)
-        for i in range(psi.size):
+        for i in abreast(psi.size):
             scratch.slope[i] = psi[i] / spread
         alarm = watch(detector, state.detector_state, e / spread, scratch.slope)
 
