@@ -8,6 +8,8 @@ from itertools import accumulate
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
+from ..models.lags import shares_left
+
 ROWS = 20_000  # of a record that are looked at, at most
 LEAST = 4  # rows for each unknown, below which nothing is compared
 SURE = math.log(100.0)  # odds, in logarithms
@@ -78,6 +80,19 @@ def _all_products(signals, spans) -> np.ndarray:
             own, other = slice(ends[i], ends[i + 1]), slice(ends[j], ends[j + 1])
             found[own, other], found[other, own] = G[:, :q], G[:, :q].T
     return found
+
+
+def best_delay(y, x, many: int, most: int) -> int | None:
+    """Return the delay of one signal x (T,), that is known, of which ``many`` lags leave least of y (T,).
+
+    None where outputs are missing, or too few: `DelayScan` finds the same of any, in three times the time.
+    """
+    y, x = y[:ROWS], x[:ROWS]
+    late = y[most + many - 1 :]
+    if len(late) < LEAST * (many + 1) or not np.isfinite(late).all() or not np.ptp(late) > 0:
+        return None
+    y, x = y - late.mean(), x - x.mean()
+    return int(np.argmin(shares_left(y, x, many, most, RIDGE)))
 
 
 class DelayScan:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from .response_noise import Whitened
-from .response_record import COLOUR, FAR, HUBER, autoregression, least_squares, local_size
+from .response_record import COLOUR, FAR, HUBER, autoregression, local_size
 from .scattered_noise import scattered
 
 STEPS, SHRINK = 8, (1.0, 0.4, 0.1)  # of Gauss and Newton, and how much of one is tried
@@ -31,8 +31,7 @@ class Response(Whitened):
         """Return the parameters that fit best nearby (Gauss and Newton), under the same noise."""
         now, loss = self, self.loss()
         for _ in range(steps):
-            J, size = now.jacobian()
-            way = least_squares(J, now.left * now.weight) / size
+            way = now.way()
             for part in SHRINK:
                 tried = now.at(now.theta + part * way)
                 if tried.is_stable and (new := tried.loss()) < loss:

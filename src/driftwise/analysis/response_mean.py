@@ -14,7 +14,7 @@ from .copies import Copies, copies
 from .response_record import Record, delayed
 
 PARTS = "bends", "gains", "shifts", "ramps", "start", "columns", "levels"  # of the numbers beside A and B, in order
-KEPT = "placed", "beside", "rows", "bridge", "gaps", "mixing", "deviations", "level"  # .. of its parts and noise
+KEPT = "placed", "beside", "rows", "bridge", "gaps", "mixing", "deviations", "aside"  # .. of its parts and noise
 OF_MEAN = "placed", "drives", "before", "inner", "beside", "mean"  # of what is known, by others of the same mean
 EDGE = 0.9998  # of a pole, at most
 RINGS = 8.0  # time constants of a pair that a record must hold
@@ -72,7 +72,7 @@ class Mean:
     @property
     def kept(self) -> tuple[str, ...]:
         """What is known of others of its parts and noise, too."""
-        return KEPT if self.bent or self.moving else (*KEPT, "before")
+        return KEPT if self.bent or self.moving else (*KEPT, "before", "through")
 
     def of_mean(self) -> dict:
         """Return what is kept of the same mean beside another noise."""
@@ -213,8 +213,7 @@ class Mean:
             self.cache["mean"] = self.inner + self.more[self.placed()["columns"].start :] @ self.beside
         return self.cache["mean"]
 
-    def slopes(self) -> Copies:
-        """Return what passes through 1/A for the mean's derivative by each parameter but those of `beside`."""
-        before = self.before
-        places = [(0, j) for j in range(1, len(self.a) + 1)] + [(1 + k, late) for k, late in before.places]
-        return Copies(np.vstack([-self.inner, before.signals]), tuple(places))
+    @property
+    def slope_places(self) -> tuple[tuple[int, int], ...]:
+        """Where the slopes by parameters but those of `beside` are: of ``-inner`` and `before`, all through 1/A."""
+        return (*((0, j) for j in range(1, len(self.a) + 1)), *((1 + k, late) for k, late in self.before.places))

@@ -7,7 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from ..models.filtering import linear_filter
+from ..models.filtering import filter_rows, linear_filter
+from ..models.regression import NOTHING, filtered_rows, fitted
+from .copies import Copies
 from .interrupted_noise import Gaps, gaps
 from .response_mean import Mean
 from .response_record import HUBER, huber
@@ -123,27 +125,55 @@ class Whitened(Mean):
             self.cache["weight"] = np.sqrt(np.minimum(1.0, HUBER / np.maximum(abs(self.left), 1e-300)))
         return self.cache["weight"]
 
-    def jacobian(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the slopes there, (rows, P), weighted, in units of their own sizes, and these."""
-        J = self.steep()
-        size = np.sqrt(np.einsum("ij,ij->i", J, J))
-        size = np.where(size > 0, size, 1.0)
-        J /= size[:, None]
-        return J.T, size
+    def regressors(self, through: Copies, beside, more: int = 0) -> np.ndarray:
+        """Return signals that went through `white`, through 1/A as well, and others beside, as `scaled` has rows.
 
-    def steep(self) -> np.ndarray:
-        """Return the slopes there, (P, rows), weighted."""
-        own = self.slopes().filtered(self.white, self.denominator).at(self.needed)
-        J = np.concatenate([self.scaled(own), self.level])
-        J *= self.weight
-        return J
+        They are (rows, P + m), and ``more`` columns to be filled; overwritten by the next such call.
+        """
+        mixing, gaps = self.mixing, NOTHING
+        if mixing is not None and len(mixing[0]):
+            gaps = mixing[0], mixing[1].data.reshape(len(mixing[0]), -1)
+        places = np.array(through.places, np.int64).ravel()
+        X = filtered_rows(
+            self.denominator, through.signals, places, beside, self.rows, self.deviations, gaps, more
+        )  # fmt: skip
+        if self.bridge is not None:
+            X = np.ascontiguousarray(self.bridge.whitened(X.T).T)
+        return X
 
     @property
-    def level(self) -> np.ndarray:
-        """What moves the level by itself, (m, rows), in deviations of white noise."""
-        if "level" not in self.cache:
-            self.cache["level"] = self.whitened(self.beside)
-        return self.cache["level"]
+    def through(self) -> Copies:
+        """What is `before` 1/A, through `white`."""
+        if "through" not in self.cache:
+            self.cache["through"] = self.before.filtered(self.white, np.ones(1))
+        return self.cache["through"]
+
+    @property
+    def aside(self) -> np.ndarray:
+        """What moves the level by itself, (m, T), through `white`."""
+        if "aside" not in self.cache:
+            self.cache["aside"] = filter_rows(self.white, np.ones(1), self.beside)
+        return self.cache["aside"]
+
+    def steep(self, more: int = 0) -> np.ndarray:
+        """Return the slopes at the rows that count, (rows, P), and ``more`` columns; overwritten by the next call."""
+        inner = filter_rows(self.white, np.ones(1), -self.inner[None])
+        own = Copies(np.concatenate([inner, self.through.signals]), self.slope_places)
+        return self.regressors(own, self.aside, more)
+
+    def jacobian(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the slopes there, (rows, P), weighted, in units of their own sizes, and these."""
+        J = self.steep() * self.weight[:, None]
+        size = np.sqrt(np.einsum("ij,ij->j", J, J))
+        size = np.where(size > 0, size, 1.0)
+        J /= size
+        return J, size
+
+    def way(self) -> np.ndarray:
+        """Return the step of Gauss and Newton, (P,): to the parameters that leave least, were slopes the same there."""
+        X = self.steep(1)
+        X[:, -1] = self.left
+        return fitted(X, self.weight)[0]
 
     @property
     def basis(self) -> np.ndarray:

@@ -7,10 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..models.filtering import linear_filter
-from .delays import DelayScan, lagged
+from ..models.filtering import filter_rows, linear_filter
+from ..models.regression import robustly_fitted
+from .copies import Copies
+from .delays import DelayScan, best_delay, lagged
 from .response import Response
-from .response_record import HUBER, Record, least_squares
+from .response_record import HUBER, Record
 
 ORDERS = (1, 2, 3)
 TIMES = (0.7, 2.0, 5.0, 12.0, 30.0, 80.0)  # samples, of real poles that are tried
@@ -222,28 +224,33 @@ def linear(start: Response, a, nk, m: int) -> Response:
     more = np.concatenate([start.more[: at["start"].start], np.zeros(len(a)), start.more[at["start"].stop :]])
     found = replace(start, a=np.asarray(a), b=np.ones((k, m)), nk=tuple(nk), more=more, cache=start.of_noise())
     size, first = found.b.size, found.placed()["start"].start
-    y, level = whitened_before(start)
-    every, needed = found.before, found.needed
-    own = every.only(every.places[:size] + every.places[size + first :]) if first else every
-    own = own.filtered(found.white, found.denominator)
-    X = found.scaled(np.concatenate([own.at(needed), level[:, needed]])).T
-    y = found.scaled(y[needed])
-    value = least_squares(X, y)
-    r = abs(y - X @ value)
-    w = np.sqrt(np.minimum(1.0, HUBER * 1.4826 * float(np.median(r)) / np.maximum(r, 1e-300)))
-    value = least_squares(X * w[:, None], y * w)
+    X = found.regressors(driving(start, found), whitened_before(start))
+    value, left = robustly_fitted(X, HUBER)
     now = found.at(np.concatenate([found.a, value[:size], found.more[:first], value[size:]]))
     if not found.gains:  # what the level moved with one is in the mean, too
-        now.cache["left"] = y - X @ value
+        now.cache["left"] = left
     return now
 
 
-def whitened_before(start: Response) -> tuple[np.ndarray, np.ndarray]:
-    """Return the outputs, zero where not used, and what moves their level, (m, T), filtered by the noise: for all A."""
+def driving(start: Response, found: Response) -> Copies:
+    """Return what passes through 1/A for B and the start of ``found``, through the noise of ``start``."""
+    if found.moving:
+        every, first = found.before, found.placed()["start"].start
+        own = every.only(every.places[: found.b.size] + every.places[found.b.size + first :])
+        return own.filtered(found.white, np.ones(1))
+    if "driving" not in start.cache:  # the same for all poles that are tried
+        T, k = start.record.u.shape
+        signals = np.vstack([*(start.moved(i) for i in range(k)), np.eye(1, T)])
+        start.cache["driving"] = filter_rows(start.white, np.ones(1), signals)
+    lags = [(i, late) for i, d in enumerate(found.nk) for late in range(d, d + found.b.shape[1])]
+    return Copies(start.cache["driving"], (*lags, *((len(found.nk), late) for late in range(len(found.a)))))
+
+
+def whitened_before(start: Response) -> np.ndarray:
+    """Return what moves the level and, last, the outputs, zero where not used, filtered by the noise, (m + 1, T)."""
     if "whitened" not in start.cache:
-        signals = np.vstack([np.where(start.used, start.record.y, 0.0), start.beside])
-        signals = linear_filter(start.white, [1.0], signals.T).T
-        start.cache["whitened"] = signals[0], signals[1:]
+        signals = np.vstack([start.beside, np.where(start.used, start.record.y, 0.0)])
+        start.cache["whitened"] = filter_rows(start.white, np.ones(1), signals)
     return start.cache["whitened"]
 
 
@@ -257,7 +264,10 @@ def delays(now: Response, a, nk, m: int) -> tuple[int, ...]:
     y, most, x = now.cache["levelled"]
     if most < 1:
         return tuple(nk)
-    scan = DelayScan(y, linear_filter(white, np.append(1.0, a), x), 0, (m,) * x.shape[1], most)
+    driven = linear_filter(white, np.append(1.0, a), x)
+    if len(nk) == 1 and (found := best_delay(y, driven[:, 0], m, most)) is not None:
+        return (found,)
+    scan = DelayScan(y, driven, 0, (m,) * x.shape[1], most)
     return scan.best(tuple(min(d, most) for d in nk), (0,) * len(nk)) if scan.is_enough else tuple(nk)
 
 

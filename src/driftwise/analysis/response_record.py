@@ -9,6 +9,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from ..engine.validation import deviation
+from ..models.regression import CLEAR, TOLD, solved
 from .held_model import filled
 
 HUBER, FAR = 2.5, 5.0  # deviations beyond which a sample counts less, beyond which it is an outlier
@@ -17,8 +18,6 @@ COLOUR = 8  # past values of the noise by which it is whitened, at most
 HALF = 0.5  # of the samples, which whitening by past values must leave
 FLOOR = 1e-4  # of the deviation of y, below which noise is none
 USUAL, OFTEN = 0.9, 20  # of the samples, which values have that tell how y is rounded; samples of each, on average
-TOLD = 1e-14  # of what is told best, squared: a direction of less is not told by a record
-CLEAR = 1e-4  # the least pivot from which all is told
 LAGS, SHARE = 200, 8  # lags of the correlation of scores at most, and as a share of them
 
 
@@ -117,22 +116,6 @@ def least_squares(X, y) -> np.ndarray:
     By the normal equations of columns of one size: a fifth of the time of singular values of X, and half the digits.
     """
     return solved(X.T @ X, X.T @ y)
-
-
-def solved(G, g) -> np.ndarray:
-    """Return the solution of normal equations G (P, P), g (P,): zero in directions that are hardly told."""
-    from scipy.linalg.lapack import dposv
-
-    size = np.sqrt(np.diag(G))
-    size = np.maximum(size, max(1e-8 * size.max(initial=0.0), 1e-150))
-    G = G / size / size[:, None]
-    U, x, trouble = dposv(G, g / size)
-    if not trouble and U.diagonal().min(initial=1.0) > CLEAR:
-        return x / size
-    value, vector = np.linalg.eigh(G)
-    told = value > TOLD * value[-1:]
-    V = vector[:, told]
-    return V @ (V.T @ (g / size) / value[told]) / size
 
 
 def autoregression(v, most: int) -> np.ndarray:

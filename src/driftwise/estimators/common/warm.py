@@ -21,6 +21,8 @@ from collections.abc import Iterator
 from itertools import product
 from typing import Any
 
+import numpy as np
+
 from ...detect.gate import InnovationGate
 from ...detect.score import ScoreCUSUM
 from ...detect.self_starting import SelfStarting
@@ -31,8 +33,10 @@ from ...memory.exponential_forgetting import ExponentialForgetting
 from ...memory.random_walk import RandomWalk
 from ...memory.restart_on_change import RestartOnChange
 from ...models.filtering import linear_filter
+from ...models.lags import shares_left
 from ...models.noise import EquationError, NoisePolynomial, OutputError, UnknownPolynomial
 from ...models.plant import Plant
+from ...models.regression import filtered_rows, robustly_fitted
 from ..adaptive_gain.estimator import AdaptiveGain
 from ..armax.estimator import ARMAX
 from ..arx.estimator import ARX
@@ -76,6 +80,11 @@ def front() -> Iterator[str]:
     yield "ModelAverage"
     linear_filter([1.0], [1.0], [0.0])
     yield "linear_filter"
+    signals, row = np.ones((1, 2)), np.ones(1, np.int64)
+    robustly_fitted(filtered_rows(np.ones(1), signals, np.zeros(2, np.int64), signals, row, np.ones(1)), 1.0)
+    yield "regression"
+    shares_left(np.arange(9.0), np.arange(9.0), 1, 1, 1.0)
+    yield "lags"
 
 
 def warm() -> Iterator[str]:

@@ -33,6 +33,7 @@ from ...engine.elementary import exp, log, square
 from ...engine.elementary.complementary import erfc_both
 from ...engine.layout import Field, Layout, each, numbers
 from ...engine.normal import ROOT_2PI
+from ...engine.order import smallest
 from ...engine.status import BAD_VALUE, MISSING_OUTPUT
 from .blend import BLENDS, ETA, HASTE, LOG_BLENDS, regret_of, trust, usual, weigh, weigh_by_squares
 
@@ -259,28 +260,6 @@ def disagreement(mu, prediction, far):
         far[n] = square(mu[i] - prediction)
         n += 1 if math.isfinite(far[n]) else 0
     return smallest(far, n, 3 * (n - 1) // 4) if n > 0 else 0.0
-
-
-@kernel
-def smallest(a, n, at):
-    """Return that of the first n which stands at ``at`` when they are in order; it moves them (Hoare's find)."""
-    low, high = 0, n - 1
-    while low < high:
-        pivot, i, j = a[at], low, high
-        while i <= j:
-            while a[i] < pivot:
-                i += 1
-            while pivot < a[j]:
-                j -= 1
-            if i <= j:
-                a[i], a[j] = a[j], a[i]
-                i += 1
-                j -= 1
-        if j < at:
-            low = i
-        if at < i:
-            high = j
-    return a[at]
 
 
 @kernel
