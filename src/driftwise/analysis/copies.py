@@ -20,24 +20,15 @@ class Copies(NamedTuple):
         """Return them through the filter b/a, which is at rest before the record; a[0] is one."""
         return self._replace(signals=filter_rows(np.asarray(b, float), np.asarray(a, float), self.signals))
 
+    @property
+    def table(self) -> np.ndarray:
+        """The places as one row of integers, as `filtered_rows` takes them."""
+        return np.array(self.places, np.int64).ravel()
+
     def only(self, places) -> Copies:
         """Return some of them."""
         needed = sorted({k for k, _ in places})
         return Copies(self.signals[needed], tuple((needed.index(k), late) for k, late in places))
-
-    def at(self, rows) -> np.ndarray:
-        """Return them at some samples, (P, rows), which are in order."""
-        room = max((late for _, late in self.places), default=0)
-        padded = np.zeros((len(self.signals), room + self.signals.shape[1]))
-        padded[:, room:] = self.signals
-        found = np.empty((len(self.places), len(rows)))
-        is_whole = len(rows) > 0 and rows[-1] - rows[0] < len(rows)
-        for row, (k, late) in zip(found, self.places):
-            if is_whole:
-                row[:] = padded[k, rows[0] + room - late :][: len(rows)]
-            else:
-                padded[k, room - late :].take(rows, out=row, mode="clip")
-        return found
 
 
 def copies(found: Sequence[tuple[np.ndarray, Iterable[int]]]) -> Copies:

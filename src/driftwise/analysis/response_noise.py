@@ -133,9 +133,8 @@ class Whitened(Mean):
         mixing, gaps = self.mixing, NOTHING
         if mixing is not None and len(mixing[0]):
             gaps = mixing[0], mixing[1].data.reshape(len(mixing[0]), -1)
-        places = np.array(through.places, np.int64).ravel()
         X = filtered_rows(
-            self.denominator, through.signals, places, beside, self.rows, self.deviations, gaps, more
+            self.denominator, through.signals, through.table, beside, self.rows, self.deviations, gaps, more
         )  # fmt: skip
         if self.bridge is not None:
             X = np.ascontiguousarray(self.bridge.whitened(X.T).T)
