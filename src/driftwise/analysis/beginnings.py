@@ -37,7 +37,7 @@ def beside_changes(plain: Response, found: list[Response]) -> list[Response]:
     They are looked for under each noise and under a white one: what a noise has taken for its colour is there alone.
     """
     looks = [look for one in found for look in ((one, colourless(one)) if len(one.f) else (one,))]
-    places = [(place(look, kind, i, look.left, least=SURE), kind, i) for look in looks for kind, i in kinds(look)]
+    places = [(place(look, kind, i, least=SURE), kind, i) for look in looks for kind, i in kinds(look)]
     sure = sorted((-where.log_odds, where.at, kind, i) for where, kind, i in places if where is not None)
     taken = list[tuple[int, str, int]]()
     for odds, at, kind, i in sure:

@@ -176,12 +176,36 @@ def share(product, free, rows: int):
     return np.where(is_free, product / np.where(is_free, free, 1.0), 0.0)
 
 
-def place(now: Response, kind: str, i: int, r, hint: int = -1, least: float = -math.inf) -> Place | None:
-    """Return the likeliest place of a change and the odds that there is one; None where those are below ``least``.
+class Look(NamedTuple):
+    """What a change takes off half the squares at some places: of a coarse grid, and of what is near the likeliest.
 
-    ``r`` (rows,) is what it has to explain; every sample near the ``hint`` is looked at, for a change whose onset says
-    all leaves nothing to be seen between the places of a coarse look.
+    seen : the samples at which one may be
+    left : (rows,) what it has to explain
     """
+
+    seen: np.ndarray
+    left: np.ndarray
+    grid: np.ndarray
+    taken: np.ndarray
+    fine: np.ndarray
+    finer: np.ndarray
+
+
+def look_for(now: Response, kind: str, i: int, hint: int = -1) -> Look | None:
+    """Return where a change might be; None where no place is left for one.
+
+    Every sample near the ``hint`` is looked at, for a change whose onset says all leaves nothing to be seen between the
+    places of a coarse look. Without a hint it is looked for once.
+    """
+    if hint >= 0:
+        return _look_for(now, kind, i, hint)
+    if (kind, i) not in now.cache:
+        now.cache[kind, i] = _look_for(now, kind, i, hint)
+    return now.cache[kind, i]
+
+
+def _look_for(now: Response, kind: str, i: int, hint: int) -> Look | None:
+    """Return the same, looked for anew."""
     rows, n = now.rows, len(now.rows)
     if n < 2 * LEAST + 1:
         return None
@@ -190,7 +214,7 @@ def place(now: Response, kind: str, i: int, r, hint: int = -1, least: float = -m
     seen = np.flatnonzero(now.used)  # an onset may be no row: what whitens it was not measured
     seen = seen[(seen >= low) & (seen <= high)]
     others = np.array([*now.levels, *(since for _, since in now.gains)])
-    r = r * now.weight
+    r = now.left * now.weight
     r = r - now.basis @ (now.basis.T @ r)
     grid = seen[np.linspace(0, len(seen) - 1, min(PLACES, len(seen))).astype(int)]
     if hint >= 0:
@@ -205,7 +229,15 @@ def place(now: Response, kind: str, i: int, r, hint: int = -1, least: float = -m
     likely = np.flatnonzero(taken > taken[best] - LIKELY)
     looks = [between(seen, grid, *ends) for ends in ((best, best), (likely[0], likely[-1]))]
     fine = apart(np.unique(np.concatenate([*looks, grid[best : best + 1]])), others)
-    finer = scanned(fine)
+    return Look(seen, r, grid, taken, fine, scanned(fine))
+
+
+def place(now: Response, kind: str, i: int, hint: int = -1, least: float = -math.inf) -> Place | None:
+    """Return the likeliest place of a change and the odds that there is one; None where those are below ``least``."""
+    found = look_for(now, kind, i, hint)
+    if found is None:
+        return None
+    (seen, r, grid, taken, fine, finer), n = found, len(now.rows)
     most = float(finer.max())
     tried, paid = math.log(2 + len(now.b)), NUMBERS[kind] * 0.5 * math.log(n)
     if not most > 0 or max(most, taken.max()) + ENDS - paid - tried < least:  # at most, with calm scores
@@ -227,8 +259,7 @@ def place(now: Response, kind: str, i: int, r, hint: int = -1, least: float = -m
     if kind == GAIN:  # what the level moves with it is no evidence that the gain did
         odds = min(odds, float(0.5 * share(own @ r, own @ own, n) * (own @ r)) / calm - 0.5 * math.log(n))
     slow, odds = odds - tried, min(odds, (float(finer[at]) - lone) / calm) - tried
-    date = min(max(int(fine[at]), low), high)
-    return Place(date, (first, last), odds, float(finer[at]), calm, whole - tried, slow, middle)
+    return Place(int(fine[at]), (first, last), odds, float(finer[at]), calm, whole - tried, slow, middle)
 
 
 def between(seen, grid, first: int, last: int) -> np.ndarray:
@@ -248,7 +279,7 @@ def located(now: Response, part: str, j: int) -> Place | None:
     kind, i = (LEVEL, 0) if part == "levels" else (GAIN, now.gains[j][0])
     less = now.without(part, j)
     less.cache["weight"] = now.weight
-    return place(less, kind, i, less.left, now.levels[j] if kind == LEVEL else now.gains[j][1])
+    return place(less, kind, i, now.levels[j] if kind == LEVEL else now.gains[j][1])
 
 
 def standing(now: Response, part: str, j: int) -> Place | None:
@@ -323,6 +354,13 @@ def colourless(now: Response) -> Response:
     """Return a response whose noise is white, of the size of what is left."""
     if not len(now.f):
         return now
+    if "bare" not in now.cache:
+        now.cache["bare"] = _colourless(now)
+    return now.cache["bare"]
+
+
+def _colourless(now: Response) -> Response:
+    """Return the same, made anew."""
     bare = replace(now, f=np.zeros(0), sigma=np.ones(len(now.used)), cache=now.of_mean())
     size = max(1.4826 * float(np.median(abs(bare.left))), now.record.floor, 1e-300)
     return replace(bare, sigma=np.full(len(now.used), size), cache=now.of_mean())

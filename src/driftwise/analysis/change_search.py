@@ -67,11 +67,11 @@ def split(now: Response) -> Response:
     best = now
     for j, (i, since) in enumerate(now.gains if len(now.used) < LONG else ()):
         less = now.without("gains", j).settled(1)
-        level = place(less, LEVEL, 0, less.left)
+        level = place(less, LEVEL, 0)
         steps = [*abrupt(less), *([(level.at, 0.0)] if level is not None else [])]
         for at in {at for at, _ in steps if abs(at - since) < NEAR}:
             one = tried(less, LEVEL, 0, at)
-            where = one and place(one[1], GAIN, i, one[1].left)
+            where = one and place(one[1], GAIN, i)
             two = where and tried(one[1], GAIN, i, where.at)
             if where and two and two[0] > SURE:
                 both = sharpened(two[1].settled(1), "gains", len(two[1].gains) - 1, where.interval)
@@ -163,7 +163,7 @@ def alternatives(now: Response):
         seen: list[int] = []
         # a noise that was learnt beside a jump has taken it for its colour; beside none, what is slow looks like one
         for look, least in ((now, HOPE - SURE), (bare, SURE)):
-            found = place(look, kind, i, look.left, least=least)
+            found = place(look, kind, i, least=least)
             if found is None or found.log_odds < least or any(abs(found.at - at) < LEAST for at in seen):
                 continue
             result = tried(look, kind, i, found.at)

@@ -145,6 +145,8 @@ def regressors(v, known, most: int) -> np.ndarray:
             break
         uses.append(use)
     rows = np.flatnonzero(uses[-1])
+    if len(rows) and rows[-1] - rows[0] < len(rows):  # one after the other: no row is looked up
+        return np.array([v[rows[0] - lag :][: len(rows)] for lag in range(len(uses))])
     return np.array([v[rows - lag] for lag in range(len(uses))])
 
 
