@@ -258,9 +258,9 @@ def test_places_that_are_left_early_have_no_odds():
     for seed in range(6):
         now = begin(recorded(*plant(seed, samples=300, level=0.02 * seed, at=150))[0])
         for kind in (LEVEL, GAIN):
-            whole = place(now, kind, 0, now.left)
-            assert place(now, kind, 0, now.left, least=whole.log_odds) == whole
-            early = place(now, kind, 0, now.left, least=SURE)
+            whole = place(now, kind, 0)
+            assert place(now, kind, 0, least=whole.log_odds) == whole
+            early = place(now, kind, 0, least=SURE)
             assert early == whole if whole.log_odds > SURE else early in (None, whole)
 
 
