@@ -10,6 +10,7 @@ import numpy as np
 from .beginnings import beginnings
 from .change_places import GAIN, LEVEL, Place, part_of, standing, walked
 from .change_search import searched
+from .driven_noise import beside_moves
 from .lost_inputs import completed
 from .noise_jumps import LEAST, SURE, noises
 from .response import Response
@@ -59,6 +60,7 @@ class Hindsight(NamedTuple):
         T, endless = len(now.used), without_end(now, covariance(now)) if now.gains else []
         for j in range(len(now.levels)):
             where = standing(now, "levels", j)
+            where = where and beside_moves(now, j, where)
             size = float(now.more[now.placed()["levels"].start + j]) * self.y_scale
             if (
                 where is not None

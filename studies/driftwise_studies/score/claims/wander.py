@@ -7,7 +7,10 @@ Options: --records 60, of each kind
 Plants, inputs and noise are those of the claims (`drawing`), without their troubles. To the output are added a quarter
 to one of its deviations of: a slow process of the first order (its time a twentieth to a third of the record), long
 memory (fractional noise; Granger and Joyeux, 1980), or a season whose amplitude is such a slow process; or the gain of
-the first input is such a process about its value, with a deviation of a twentieth to a quarter of it.
+the first input is such a process about its value, with a deviation of a twentieth to a quarter of it. Or nothing
+wanders, but a plant of 8 to 20 samples answers steps of its input the quicker the further it has to go, and each step
+some part of a sample late, beside a hundredth to a thousandth of a noise that nearly integrates: what a response has
+wrong of it comes at once, whenever the input moves.
 """
 
 from __future__ import annotations
@@ -54,7 +57,21 @@ def swelling(rng, T: int) -> np.ndarray:
 
 
 LEVELS: dict[str, Callable] = {"slow process": slow, "long memory": long_memory, "season that swells": swelling}
-KINDS = (*LEVELS, "gain")
+KINDS = (*LEVELS, "gain", "late moves")
+
+
+def late_moves(rng, T: int):
+    """Return y (T,) and u (T, 1) of a plant that is no response, and whose input acts some part of a sample late."""
+    hold, slow, hasty = int(rng.integers(30, 60)), rng.uniform(8, 20), rng.uniform(0.3, 1.0)
+    u = np.repeat(rng.uniform(-1, 1, T // hold + 1), hold)[:T]
+    late = rng.uniform(0.1, 1) * np.append(0.0, rng.uniform(0, 1, T - 1) * np.diff(u))
+    x, size = np.zeros(T), np.exp(rng.uniform(np.log(0.001), np.log(0.01)))
+    for t in range(1, T):
+        gap = u[t - 1] - x[t - 1]
+        x[t] = x[t - 1] + gap / slow * (1 + hasty * abs(gap))
+    x += lfilter([0.0, 1 / slow], [1, 1 / slow - 1], late)
+    drift = lfilter([1.0], [1, -0.995], rng.standard_normal(T))
+    return x + size * (drift + 0.2 * rng.standard_normal(T)), u[:, None]
 
 
 def wandering(seed: int, number: int, kind: str):
@@ -65,6 +82,8 @@ def wandering(seed: int, number: int, kind: str):
     if kind == "gain":
         moved = lfilter(numerator(plant, 0), [1.0], data.u[:, 0]) * rng.uniform(0.05, 0.25) * slow(rng, plant.samples)
         return data.y + lfilter([1.0], plant.a, moved), data.u
+    if kind == "late moves":
+        return late_moves(rng, plant.samples)
     return data.y + data.unit * rng.uniform(0.25, 1.0) * LEVELS[kind](rng, plant.samples), data.u
 
 

@@ -1,0 +1,35 @@
+"""What a response leaves after moves of an input: as loud as it is there, and no step of the level by itself."""
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from driftwise.analysis.driven_noise import AFTER, loudness
+from driftwise.analysis.response_orders import begin
+from driftwise.analysis.response_record import recorded
+from driftwise.analysis.segmentation import LEVEL, hindsight
+
+
+def moved(seed: int, late: float, level: float = 0.0):
+    """Return y, u of a plant of first order whose input acts up to ``late`` of its step wrong at each move."""
+    rng = np.random.default_rng(seed)
+    u = np.repeat(rng.uniform(-1, 1, 40), 40)
+    wrong = late * rng.standard_normal(len(u)) * np.append(0.0, np.diff(u))
+    y = lfilter([0.0, 0.1], [1, -0.9], u + wrong) + 0.002 * rng.standard_normal(len(u))
+    return y + level * (np.arange(len(u)) >= 800), u[:, None]
+
+
+@pytest.mark.parametrize("late", [0.0, 1.0])
+def test_noise_is_louder_after_moves_where_they_are_missed_and_only_there(late):
+    y, u = moved(1, late)
+    now = begin(recorded(y, u)[0])
+    by_row = np.full(len(y), np.nan)
+    by_row[now.rows] = loudness(now, 802)
+    after, elsewhere = by_row[800 : 800 + AFTER + now.nk[0]], np.append(by_row[:800], by_row[820:])
+    assert np.nanmax(after) > 4 if late else np.nanmax(after) < 3
+    assert np.nanmax(elsewhere) == 1
+
+
+def test_a_level_that_steps_as_an_input_moves_is_told_where_moves_are_not_missed():
+    told = hindsight(*moved(2, 0.0, 0.05)).jumps()
+    assert [jump.kind for jump in told] == [LEVEL] and abs(told[0].at - 800) < 5
