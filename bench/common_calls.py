@@ -197,6 +197,10 @@ def calls() -> dict[str, Callable[[], Call]]:
     for memory in (dw.Constant(), *MEMORIES):
         name = f"record ARX(2,2), {type(memory).__name__}"
         found[name] = scan(partial(dw.ARX, 2, 2, memory=memory), partial(equation, 4000))
+    told = dw.RestartOnChange(dw.detect.ScoreCUSUM(jump=0.5), dw.memory.GainReset())  # the former default
+    found["record ARX(2,2), RestartOnChange, a size told"] = scan(
+        partial(dw.ARX, 2, 2, memory=told), partial(equation, 4000)
+    )
     for name, make in {
         "ARX, nlms": partial(dw.ARX, 2, 2, method="nlms"),
         "ARX, iv": partial(dw.ARX, 2, 2, method="iv"),
