@@ -30,7 +30,6 @@ import numpy as np
 
 from ...engine.dispatch import kernel, pass_over
 from ...engine.elementary import exp, log, square
-from ...engine.elementary.complementary import erfc_both
 from ...engine.layout import Field, Layout, each, numbers
 from ...engine.normal import ROOT_2PI
 from ...engine.order import smallest
@@ -46,9 +45,9 @@ SCALES = len(FAST) + len(SLOW)
 PRIOR = tuple(2.0 if kappa == 1.0 else 0.5 * min(kappa, 1.0 / (kappa * kappa)) for kappa in FAST) + (0.01,) * len(SLOW)
 SEEN, LAST, BEFORE, STEP, MEAN, LONG, LONG_COUNT = range(7)  # of the head of a state
 PREDICTION, INNOVATION, VARIANCE, STATUS = range(4)  # of a trace's row
-SCORE, LOWER, UPPER, OFFSET, BASE, LEVEL, FLOOR, TOLD = range(4, 12)
+SCORE, OFFSET, BASE, LEVEL, FLOOR, TOLD = range(4, 10)
 WEIGHTS = "likely", "brief", "lasting"  # of a state
-ROOT_HALF, FAINTEST = math.sqrt(0.5), math.exp(-700.0)
+PEAK, FAINTEST = 1.0 / ROOT_2PI, math.exp(-700.0)
 FREEDOM, WILD = 6.0, 25.0  # degrees of freedom by which members are judged; most that one e^2/S counts
 VAGUE = 100.0  # times the variance of y about its mean: a member that claims more says nothing
 UNSURE = 16.0  # times the least variance that anyone claims, over eta: by squared errors, who claims more is not heard
@@ -138,8 +137,6 @@ AVERAGE_SAMPLE = Layout(
         variance="of the innovation",
         status="bits",
         log_score="log density given to y",
-        lower="share of the density below y",
-        upper="and above",
         offset="where the density is, less the prediction",
         base="s: variance of the mixture, before its tails",
         level="long-run mean of e^2",
@@ -364,8 +361,8 @@ def note(row, y):
 
 @kernel
 def tell(row, q, y, prediction, mean, base, floor, densities, out):
-    """Write the density, and where y lies in it; fill that of y under each scale; return the density's variance."""
-    weight, variance, p, lower, upper, e = 0.0, 0.0, 0.0, 0.0, 0.0, y - mean
+    """Write the density, and what y has of it; fill that of y under each scale; return the density's variance."""
+    weight, variance, p, e = 0.0, 0.0, 0.0, y - mean
     for j in range(SCALES):
         weight += q[j]
     whole, wider, sharpness, bell = 1.0 / weight, 0.0, 0.0, 0.0
@@ -379,14 +376,11 @@ def tell(row, q, y, prediction, mean, base, floor, densities, out):
             bell = max(square(square(bell)), FAINTEST)
         else:
             bell = exp(-0.5 * min(z * z, 1400.0))
-        wider, densities[j], out[TOLD + j] = v, bell * sharpness / ROOT_2PI, share
+        wider, densities[j], out[TOLD + j] = v, bell * (sharpness * PEAK), share
         variance += share * v
         p += share * densities[j]
-        above, below = erfc_both(z * ROOT_HALF)
-        lower += share * 0.5 * below
-        upper += share * 0.5 * above
     out[PREDICTION], out[INNOVATION] = prediction, y - prediction
-    out[SCORE], out[LOWER], out[UPPER], out[OFFSET] = log(max(p, 1e-300)), lower, upper, mean - prediction
+    out[SCORE], out[OFFSET] = log(max(p, 1e-300)), mean - prediction
     out[BASE], out[LEVEL], out[FLOOR] = base, row[LONG], floor
     return variance
 

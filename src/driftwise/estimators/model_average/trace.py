@@ -50,7 +50,11 @@ class AverageTrace(Trace):
     @property
     def normal_score(self) -> np.ndarray:
         """Where y(t) lies in its forecast, as a deviate of N(0, 1), whatever the tails; NaN where missing, (T,)."""
-        return normal_score(self.table[:, step.LOWER], self.table[:, step.UPPER])
+        from scipy.special import ndtr
+
+        weight, scale = self.tails()
+        z = (self.innovation - self.table[:, step.OFFSET])[:, None] / scale
+        return normal_score((weight * ndtr(z)).sum(axis=1), (weight * ndtr(-z)).sum(axis=1))
 
     @property
     def is_used(self) -> np.ndarray:
