@@ -161,6 +161,14 @@ def identified() -> Call:
     return partial(dw.identify, {"heater": u, "temperature": y})
 
 
+def compared() -> Call:
+    """Return the part of `identify` that compares models; the former one did no more."""
+    from driftwise.analysis.identifier import Identifier
+
+    y, u = dw.simulate([-1.5, 0.7], [1.0, 0.5], samples=2000, noise_std=0.3, seed=1)
+    return lambda: Identifier(1).add(y, u[:, None])
+
+
 def command(*words: str) -> Call:
     """Return a command in a process of its own; TABLE is a file of two thousand samples."""
     folder = Path(tempfile.mkdtemp(prefix="driftwise-bench-"))
@@ -246,6 +254,7 @@ def calls() -> dict[str, Callable[[], Call]]:
         "smooth Joint(3), lag 20": lambda: partial(known().smooth, *record(1000), lag=20),
         "smooth ARX(2,2)": lambda: partial(arx().smooth, *equation(500)),
         "identify, 2000 samples": identified,
+        "identify, 2000 samples, its models compared": compared,
         "driftwise --help": partial(command, "--help"),
         "driftwise run": partial(command, "run", "TABLE"),
         "driftwise run --report": partial(command, "run", "TABLE", "--report", "page.html"),

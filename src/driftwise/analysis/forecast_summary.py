@@ -35,12 +35,12 @@ def _sides(trace: ParameterTrace, use) -> list[np.ndarray]:
 
     e = trace.innovation[use, None]
     nu = np.minimum(trace.dof[use], 1e8)[:, None]
-    if not trace.is_mixture:
-        z = e / np.sqrt(trace.variance[use, None])
-        return [stdtr(nu, side * z)[:, 0] for side in (1, -1)]
-    weight, offset, scale, _ = (part[use] for part in trace.mixture())
+    weight, offset, scale = 1.0, 0.0, np.sqrt(trace.variance[use, None])
+    if trace.is_mixture:
+        weight, offset, scale, _ = (part[use] for part in trace.mixture())
     z = (e - offset) / scale
-    return [(weight * stdtr(nu, side * z)).sum(axis=1) for side in (1, -1)]
+    far = stdtr(nu, -abs(z))
+    return [(weight * np.where(side * z < 0, far, 1 - far)).sum(axis=1) for side in (1, -1)]
 
 
 class ForecastSummary:
