@@ -4,7 +4,8 @@
     python -m bench.against 93280d87..a8b282a0     # the package of the second commit instead of today's
 
 Each package runs in a process of its own; what follows is from medians of pairs. Exit code: how many calls take longer
-by more than a tenth. 93280d87 is the last commit before the package got its floors (docs/decisions/house.md).
+by more than a tenth for the same work: of a call that does more than it did, a row says which one is of the same.
+93280d87 is the last commit before the package got its floors (docs/decisions/house.md).
 """
 
 from __future__ import annotations
@@ -106,7 +107,7 @@ def unpacked(commit: str, folder: Path) -> Path:
 
 def main(commits: str, *words: str) -> int:
     """Print both times of each call and their ratio; return how many are slower by a tenth."""
-    from .common_calls import calls
+    from .common_calls import MORE, calls
 
     slower = 0
     commit, _, other = commits.partition("..")
@@ -124,10 +125,10 @@ def main(commits: str, *words: str) -> int:
             rounds = ROUNDS if sum(map(float, first)) < 2 else 5
             seconds = np.array([[package(name) for package in pair] for _ in range(rounds)])
             ratio, (now, then) = np.median(seconds[:, 0] / seconds[:, 1]), 1e3 * np.median(seconds, axis=0)
-            slower += bool(ratio > SLOWER)
-            mark = "  slower" if ratio > SLOWER else ""
+            mark = "" if ratio <= SLOWER else f"  does more; the same: {MORE[name]}" if name in MORE else "  slower"
+            slower += mark == "  slower"
             print(f"{name:48} {now:10.3f} ms, was {then:10.3f} ms: {ratio:6.3f}{mark}", flush=True)
-    print(f"\n{slower} slower than {commit} by more than a tenth")
+    print(f"\n{slower} slower than {commit} by more than a tenth, for the same work")
     return slower
 
 
