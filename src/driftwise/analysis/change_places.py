@@ -213,7 +213,7 @@ def _look_for(now: Response, kind: str, i: int, hint: int) -> Look | None:
     low, high = int(rows[edge]), int(rows[n - edge])
     seen = np.flatnonzero(now.used)  # an onset may be no row: what whitens it was not measured
     seen = seen[(seen >= low) & (seen <= high)]
-    others = np.array([*now.levels, *(since for _, since in now.gains)])
+    others = now.dates
     r = now.left * now.weight
     r = r - now.basis @ (now.basis.T @ r)
     grid = seen[np.linspace(0, len(seen) - 1, min(PLACES, len(seen))).astype(int)]
@@ -355,12 +355,7 @@ def colourless(now: Response) -> Response:
     if not len(now.f):
         return now
     if "bare" not in now.cache:
-        now.cache["bare"] = _colourless(now)
+        bare = replace(now, f=np.zeros(0), sigma=np.ones(len(now.used)), cache=now.of_mean())
+        size = max(1.4826 * float(np.median(abs(bare.left))), now.record.floor, 1e-300)
+        now.cache["bare"] = replace(bare, sigma=np.full(len(now.used), size), cache=now.of_mean())
     return now.cache["bare"]
-
-
-def _colourless(now: Response) -> Response:
-    """Return the same, made anew."""
-    bare = replace(now, f=np.zeros(0), sigma=np.ones(len(now.used)), cache=now.of_mean())
-    size = max(1.4826 * float(np.median(abs(bare.left))), now.record.floor, 1e-300)
-    return replace(bare, sigma=np.full(len(now.used), size), cache=now.of_mean())

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..models.quantities import NORMAL_95
-from ..results.bands import normal_score
+from ..results.bands import normal_score, sides
 from ..results.parameter_trace import ParameterTrace
 from ..results.verdicts import Diagnosis
 from ..results.whiteness import Correlations, score, verdict
@@ -31,16 +31,9 @@ class Own:
 
 def _sides(trace: ParameterTrace, use) -> list[np.ndarray]:
     """Return the probability below and above the outputs ``use``, (2, T)."""
-    from scipy.special import stdtr
-
-    e = trace.innovation[use, None]
-    nu = np.minimum(trace.dof[use], 1e8)[:, None]
-    weight, offset, scale = 1.0, 0.0, np.sqrt(trace.variance[use, None])
-    if trace.is_mixture:
-        weight, offset, scale, _ = (part[use] for part in trace.mixture())
-    z = (e - offset) / scale
-    far = stdtr(nu, -abs(z))
-    return [(weight * np.where(side * z < 0, far, 1 - far)).sum(axis=1) for side in (1, -1)]
+    scale = np.sqrt(trace.variance)[:, None]
+    parts = trace.mixture() if trace.is_mixture else (np.ones_like(scale), np.zeros_like(scale), scale, trace.dof)
+    return sides(trace.innovation[use], *(part[use] for part in parts))
 
 
 class ForecastSummary:

@@ -74,6 +74,11 @@ class Mean:
         """What is known of others of its parts and noise, too."""
         return KEPT if self.bent or self.moving else (*KEPT, "before", "through")
 
+    @property
+    def dates(self) -> np.ndarray:
+        """The first samples of all changes."""
+        return np.array([*self.levels, *(since for _, since in self.gains)])
+
     def of_mean(self) -> dict:
         """Return what is kept of the same mean beside another noise."""
         return {name: self.cache[name] for name in OF_MEAN if name in self.cache}

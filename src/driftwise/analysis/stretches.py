@@ -22,10 +22,9 @@ def stretch(now: Response) -> tuple[int, int] | None:
     rows, n = now.rows, len(now.rows)
     if n < 3 * LEAST:
         return None
-    others = np.array([*now.levels, *(since for _, since in now.gains)])
     inside = np.flatnonzero(now.used)
     inside = inside[(inside >= rows[LEAST]) & (inside <= rows[n - LEAST])]
-    grid = apart(np.unique(inside[np.linspace(0, len(inside) - 1, PLACES).astype(int)]), others)
+    grid = apart(np.unique(inside[np.linspace(0, len(inside) - 1, PLACES).astype(int)]), now.dates)
     Q, r = now.basis, now.left * now.weight
     r = r - Q @ (Q.T @ r)
     d = effects(now, LEVEL, 0, grid)[0] * now.weight

@@ -29,6 +29,15 @@ def normal_score(lower, upper) -> np.ndarray:
     return np.where(lower < upper, ndtri(np.maximum(lower, 1e-300)), -ndtri(np.maximum(upper, 1e-300)))
 
 
+def sides(e, weight, offset, scale, dof) -> list[np.ndarray]:
+    """Return the probability of a mixture below and above e (T,) from its mean, [(T,), (T,)]; see `half_width`."""
+    from scipy.special import ndtr, stdtr
+
+    z = (e[:, None] - offset) / scale
+    far = ndtr(-abs(z)) if np.isinf(dof).all() else stdtr(np.minimum(dof, 1e8)[:, None], -abs(z))
+    return [(weight * np.where(side * z < 0, far, 1 - far)).sum(axis=1) for side in (1, -1)]
+
+
 def share_within(h, weight, offset, scale, dof) -> np.ndarray:
     """Return with what probability the mixture lies within its mean -h .. +h, (T,); arguments as in `half_width`."""
     from scipy.special import ndtr, stdtr

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...engine.status import Status
 from ...models.markup import columns, markup
-from ...results.bands import half_width, normal_score, share_within
+from ...results.bands import half_width, normal_score, share_within, sides
 from ...results.trace import Trace
 from . import step
 
@@ -50,11 +50,7 @@ class AverageTrace(Trace):
     @property
     def normal_score(self) -> np.ndarray:
         """Where y(t) lies in its forecast, as a deviate of N(0, 1), whatever the tails; NaN where missing, (T,)."""
-        from scipy.special import ndtr
-
-        weight, scale = self.tails()
-        z = (self.innovation - self.table[:, step.OFFSET])[:, None] / scale
-        return normal_score((weight * ndtr(z)).sum(axis=1), (weight * ndtr(-z)).sum(axis=1))
+        return normal_score(*sides(self.innovation, *self._mixture()))
 
     @property
     def is_used(self) -> np.ndarray:
