@@ -260,3 +260,10 @@ def test_turns_put_series_of_as_many_samples_side_by_side():
     assert turns(members, starts, group).tolist() == [3, 1, 0, 2]
     group[5] = 1
     assert turns(members, starts, group).tolist() == [3, 0, 2, 1]
+
+
+def test_no_row_of_a_fleet_lies_in_two_lines_of_the_cache():
+    for rows, columns in (1, 4), (1000, 4), (77, 8):
+        outs = crews.table(rows, columns)
+        assert outs.shape == (rows, columns) and outs.flags.c_contiguous and outs.flags.writeable
+        assert outs.ctypes.data % 64 == 0
