@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from driftwise_studies.score.motions import crowd, draw, patches, simulate
+from driftwise_studies.score.motions import crowd, draw, patches, resampled, simulate
 from driftwise_studies.score.motions.exact import exact, report
 from driftwise_studies.score.motions.field import Total, by_kind, by_trouble
 from driftwise_studies.score.motions.jets import alone, imm
@@ -56,6 +56,15 @@ def test_lattice_wild_and_precise_plots():
     assert 10 <= made.wild.sum() <= 45 and error[made.wild].min() > 80 > error[~made.wild].max() * 0.8
     made = simulate(scene(troubles=("precise start",), precise=(10, 1e-3)))
     assert np.abs(made.plots.position - made.truth)[:10].max() < 0.1
+
+
+def test_a_resampled_record_lies_on_lines_between_what_was_seen():
+    scenes = [resampled.draw(0, k) for k in range(60)]
+    assert [k for k, one in enumerate(scenes) if one is None] == [k for k in range(60) if draw(0, k).name == "animal"]
+    assert all(one.troubles[-1] == "resampled" and not one.wild + one.lattice for one in scenes if one)
+    y = simulate(scene(plots=300, resampled=0.5)).plots.position
+    bend = np.hypot(*np.diff(y, n=2, axis=0).T) / np.hypot(*np.diff(y, axis=0)[1:].T)
+    assert 0.2 < np.mean(bend < 1e-3) < 0.5  # both neighbours were drawn with it: some half squared, and a pause
 
 
 def test_a_second_sensor_is_off_by_its_offset():

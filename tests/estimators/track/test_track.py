@@ -176,6 +176,25 @@ def test_a_lattice_of_degrees_is_one_though_a_plane_bends_it():
     assert np.mean(trace.nis[40:]) < 3 and np.all(trace.variance[150:] > 1.0)
 
 
+@pytest.mark.parametrize("is_bent", [False, True])
+def test_plots_that_a_publisher_drew_on_lines_say_nothing_of_errors(is_bent):
+    """A flight seen every 20 s with errors of 50 m, resampled to 5 s in the plane or in degrees, one pause bridged."""
+    from driftwise.tracking.frames import east_north, geographic
+
+    rng, t = np.random.default_rng(4), 5.0 * np.arange(401)
+    seen = np.delete(np.arange(0, 401, 4), slice(50, 58))
+    course = np.radians(1.0) * np.cumsum(np.clip(np.sin(t / 60), 0, 1))
+    path = np.cumsum(1000 * np.stack([np.sin(course), np.cos(course)], axis=1), axis=0)
+    y = path[seen] + 50 * rng.standard_normal((len(seen), 2))
+    if is_bent:
+        angles = (np.interp(t, t[seen], angle) for angle in geographic(y, (48.0, 11.0)).T)
+        y = east_north(*angles, (48.0, 11.0))
+    else:
+        y = np.stack([np.interp(t, t[seen], one) for one in y.T], axis=1)
+    trace = dw.TrackEstimator("aircraft").scan(t, y)
+    assert np.mean(trace.nis[3:]) < 3 and np.max(trace.nis[3:]) < 100
+
+
 def test_a_place_that_only_repeats_may_be_anywhere_in_a_cell_of_unknown_size():
     t = 0.6 * np.arange(16)
     path = np.stack([0.6 * t - 1.0, 1.0 * t - 5.0], axis=1)  # m: a walker, on a lattice of 16 m

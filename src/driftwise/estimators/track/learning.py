@@ -4,6 +4,7 @@ noise        of each member and coordinate: c <- c + g (min(e^2/S, 9) - 1) c, ab
 variance     of a plot, from the second differences of the first twelve
 tails        a plot is shared out among the scales that may have made it
 lattice      a step that equals the one before it shows no error; the first that does not shows the lattice
+lines        a plot on the line of those before it was drawn by a publisher, and shows no error either
 """
 
 import math
@@ -15,6 +16,8 @@ from . import bank, circle, linear, pole
 MOST = 9.0  # that one e^2/S counts for the noise, unless the last was as large
 LOUD, AT_ONCE = 25.0, 0.5  # two such in a row are no accident: so much of the second the noise takes at once
 FUZZ, EXACT = 0.01, 1e-9  # of a lattice's step, and of a step itself: what is no difference
+EQUAL, RULED = 1.0, 2.0  # a step, by the one before it
+BENT, ROUNDED = 3e-7, 1e-8  # 1/m, what a plane bends of a line of degrees; m, what numbers of this size round
 LEAST_COUNT = 1e-3  # of the tails, of what they start with
 LEAST_WILD = 0.02  # .. and plots that were wild: however many were not, one may be
 YOUNG = 20.0  # plots, memory of the tails at first
@@ -87,20 +90,24 @@ def measure_units(task, row, C, T, R, unit, g):
 
 
 @kernel
-def compare_steps(row, C, y, off, exact):
-    """Fill by how much each step differs from the one before it, and 1 where it equals it, as on a lattice, else 0.
+def compare_steps(row, C, d, y, off, exact):
+    """Fill by how much each step differs from the one before it, and EQUAL where it does not, as on a lattice.
 
-    A plane bends a step of angles by a little.
+    RULED where the line from the plots before goes on, to what a plane bends of a line of degrees: no error is that
+    small, and who resampled the record drew the plot there.
     """
-    gap, coarse = exp(row[bank.GAP]), 0.0
+    gap, coarse, size2, apart2 = exp(row[bank.GAP]), 0.0, 0.0, 0.0
     for c in range(C):
-        before = row[bank.of_coordinate(C, bank.SPEED, c)] * gap
-        off[c] = abs(y[c] - row[bank.of_coordinate(C, bank.LAST, c)] - before)
+        before, step = row[bank.of_coordinate(C, bank.SPEED, c)], y[c] - row[bank.of_coordinate(C, bank.LAST, c)]
+        off[c] = abs(step - before * gap)
         coarse = max(coarse, row[bank.of_coordinate(C, bank.GRAIN, c)], off[c])
+        size2 += square(step)
+        apart2 += square(step - before * d)
+    is_ruled = size2 > 0.0 and apart2 <= square(ROUNDED + BENT * size2)
     for c in range(C):
         is_equal = off[c] <= EXACT * abs(y[c] - row[bank.of_coordinate(C, bank.LAST, c)])
         was_still = row[bank.of_coordinate(C, bank.STILL, c)] > 0.0
-        exact[c] = 1.0 if is_equal or (was_still and off[c] < FUZZ * coarse) else 0.0
+        exact[c] = EQUAL if is_equal or (was_still and off[c] < FUZZ * coarse) else RULED if is_ruled else 0.0
 
 
 @kernel
@@ -113,7 +120,7 @@ def shows_lattice(row, C, c, exact):
 @kernel
 def is_mute(row, C, c, exact):
     """Say whether a plot tells nothing of errors: it repeats a place whose cell nobody knows."""
-    return row[bank.of_coordinate(C, bank.GRAIN, c)] == 0.0 and exact[c] > 0.0
+    return row[bank.of_coordinate(C, bank.GRAIN, c)] == 0.0 and exact[c] == EQUAL
 
 
 @kernel
@@ -170,7 +177,7 @@ def learn_tails(task, row, C, exact, parts):
     for c in range(C):
         if is_mute(row, C, c, exact):
             continue
-        if exact[c] > 0.0:  # as on a lattice, whose errors are as large as its cells
+        if exact[c] == EQUAL:  # as on a lattice, whose errors are as large as its cells
             row[first + EVEN] += 1.0
             continue
         p = 0.0
@@ -202,7 +209,7 @@ def prepare_to_follow(task, row, C, T, unit, exact, share, least):
     for c in range(C):
         least[c] = least_variance(task, row, T, c) / unit[c]
         share[c] = max(1.0 / task.noise, 1.0 / (row[bank.SEEN] + 3.0))
-        if row[bank.SEEN] < 2.0 or is_mute(row, C, c, exact):  # nothing is learnt
+        if row[bank.SEEN] < 2.0 or exact[c] == RULED or is_mute(row, C, c, exact):  # nothing is learnt
             share[c] = 0.0
 
 
@@ -227,9 +234,9 @@ def note(row, C, d, y, told, off, exact):
     """Keep what the next step needs of the plot."""
     for c in range(C):
         still, grain = bank.of_coordinate(C, bank.STILL, c), bank.of_coordinate(C, bank.GRAIN, c)
-        if exact[c] > 0.0:
+        if exact[c] == EQUAL:
             row[still] += 1.0
-        elif row[still] > 0.0:
+        elif exact[c] == 0.0 and row[still] > 0.0:
             row[grain] = min(row[grain], off[c]) if row[grain] > 0.0 else off[c]
             row[still] = 0.0
     for c in range(C):

@@ -112,7 +112,7 @@ def absorb(task, row, C, T, d, y, unit, g, mean, S, A, B, w, told, parts, scores
         room[n + 2 * C :],
         room[n + 3 * C :],
     )
-    learning.compare_steps(row, C, y, off, exact)
+    learning.compare_steps(row, C, d, y, off, exact)
     judging.watch(task, row, C, T, y, unit, w, mean, S)
     judging.judge(task, row, C, T, y, unit, w, mean, S, exact, scores)
     if row[bank.SEEN] >= 2.0:
@@ -132,7 +132,7 @@ def suspect(row, C, d, y, R, parts, off, exact):
     row[bank.SUSPECTED] = 0.0
     if row[bank.SEEN] < EARLIEST or not learning.outlying(C, parts) > 0.5:
         return False
-    learning.compare_steps(row, C, y, off, exact)
+    learning.compare_steps(row, C, d, y, off, exact)
     for c in range(C):
         if learning.shows_lattice(row, C, c, exact):
             return False

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from driftwise.tracking.frames import east_north, geographic
 from driftwise.tracking.plots import Plots, plots
 
 from .drawing import between
@@ -16,6 +17,8 @@ STEPS = 8  # between two plots, at least
 WOBBLE = 0.02  # acceleration of what goes straight, of the least that its manoeuvres have
 WILDEST = 8.0, 100.0  # deviations
 LEAST_LEG = 4.0  # scans
+BRIDGED = 30  # plots of the longest pause that a publisher bridges, at most
+PLACE = 48.0, 11.0  # degrees, where he does
 
 
 class Leg(NamedTuple):
@@ -188,6 +191,8 @@ def seen(rng, scene: Scene, sensor: Sensor, k: int, time, path: Path, now: slice
     position = path.position[then] + sensor.offset + error
     if scene.lattice:
         position = scene.lattice * np.round(position / scene.lattice)
+    if scene.resampled:
+        position = ruled(np.random.default_rng([*scene.seed, 2, k]), time, position, scene.resampled)
     keep = rng.random(n) >= scene.missing
     keep[:3] = True
     variance = np.full(n, scene.stated * sensor.deviation**2)
@@ -198,3 +203,12 @@ def seen(rng, scene: Scene, sensor: Sensor, k: int, time, path: Path, now: slice
         np.full(n, k), np.full(n, int(sensor.name == "B")), variance,
     )  # fmt: skip
     return tuple(c[keep] for c in columns)
+
+
+def ruled(rng, time, position, share: float) -> np.ndarray:
+    """Return positions of which a share was seen, and a pause not; all others are on straight lines of degrees."""
+    known, begin = rng.random(len(time)) < share, int(rng.integers(len(time)))
+    known[begin : begin + int(rng.integers(BRIDGED))] = False
+    known[[0, -1]] = True
+    latitude, longitude = (np.interp(time, time[known], one[known]) for one in geographic(position, PLACE).T)
+    return east_north(latitude, longitude, PLACE)
