@@ -277,3 +277,19 @@ def test_an_optimising_compiler_gives_way(tmp_path):
     subprocess.run(command, start_new_session=True, check=False)
     niceness, group = (tmp_path / "said").read_text().splitlines()
     assert int(niceness) >= 10 and group.endswith("nice 10")
+
+
+@pytest.mark.skipif(os.name != "posix", reason="no locks of folders here")
+def test_optimising_compilers_take_turns_and_none_does_again_what_another_has_done(tmp_path):
+    said, made = tmp_path / "said", tmp_path / "workshop-{}" / "loop.so"
+    work = f"echo begun >> {said}; sleep 0.2; echo made > $0; echo ended >> {said}"
+    begun = []
+    for i, key in enumerate(["one.fast", "other.fast", "one.fast"]):
+        target = Path(str(made).format(i))
+        target.parent.mkdir()
+        command = [finish.__file__, target.parent, key, tmp_path / f"{i}.pending", "sh", "-c", work, target]
+        begun.append(subprocess.Popen([sys.executable, "-SE", *command], start_new_session=True))
+    assert [process.wait(timeout=60) for process in begun] == [0, 0, 0]
+    assert said.read_text().split() == ["begun", "ended"] * 2
+    assert sorted(path.name.split(".")[0] for path in tmp_path.glob("*.so")) == ["one", "other"]
+    assert not list(tmp_path.glob("workshop-*"))

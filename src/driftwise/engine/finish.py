@@ -1,6 +1,7 @@
 """Compile one file in a process that goes on when its parent ends: ``finish.py WORKSHOP NAME PENDING LINE..``.
 
-It needs nothing but Python's standard library, and is a script as well as a module.
+It needs nothing but Python's standard library, and is a script as well as a module. Of such processes one at a time
+compiles, whoever asked: programs that begin side by side, each with loops of its own, would fill the machine.
 """
 
 import hashlib
@@ -36,13 +37,22 @@ def give_way() -> None:
         Path("/proc/self/autogroup").write_text("10")
 
 
+def wait_for_turn(place: Path) -> None:
+    """Wait until no other process compiles for a folder; the turn ends as this process does, however it does."""
+    with suppress(ImportError, OSError):  # Windows and some file systems have no such locks: go on at once
+        import fcntl
+
+        fcntl.flock(os.open(place, os.O_RDONLY), fcntl.LOCK_EX)
+
+
 def main(workshop: str, name: str, pending: str, *line: str) -> int:
     """Compile, name, and take away the workshop, and the mark that says that somebody is at it."""
-    made = Path(line[-1])
-    code = 1
+    made, place, quiet, code = Path(line[-1]), Path(workshop).parent, subprocess.DEVNULL, 1
     try:
         give_way()
-        quiet = subprocess.DEVNULL
+        wait_for_turn(place)
+        if next(place.glob(f"{name}.*.so"), None):  # made meanwhile
+            return 0
         code = subprocess.run(line, stdout=quiet, stderr=quiet, timeout=SECONDS, check=False).returncode
         if code == 0 and made.exists():
             put(made, name)

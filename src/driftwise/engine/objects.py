@@ -228,6 +228,7 @@ def _follow(key: str, text: str, compiler: Compiler) -> None:
     command = [sys.executable, "-SE", finish.__file__, str(workshop), f"{key}.fast", str(pending), *line]
     silent: Any = dict.fromkeys(("stdin", "stdout", "stderr"), subprocess.DEVNULL)
     subprocess.Popen(command, start_new_session=True, **silent).wait()
+    pending.unlink(missing_ok=True)  # of one that was killed
     with _lock:
         found, known = _find(key), loaded.get(key)
         if found and known and ".fast." in found[1].name:
