@@ -9,6 +9,7 @@ from scipy.linalg import solve_discrete_are
 from scipy.signal import lfilter
 
 import driftwise as dw
+from driftwise.engine.status import PROJECTED
 from driftwise.models import gain as gains
 
 CASES = {c["name"]: c for c in json.loads((Path(__file__).parents[2] / "golden" / "perriot.json").read_text())["cases"]}
@@ -466,3 +467,12 @@ def test_summary_words_and_file():
 def test_the_door_says_what_is_wrong(settings, words):
     with pytest.raises(dw.InputError, match=words):
         dw.AdaptiveGain(**settings)
+
+
+def test_a_gain_within_its_limits_is_not_said_to_be_clipped():
+    y = 0.3 * np.cumsum(np.random.default_rng(0).standard_normal(500))
+    trace = dw.AdaptiveGain(0.9, 3.0, K0=0.1).scan(y)
+    gain = 3.0 * trace.parameters[:, 0]
+    is_at_limit = (gain < 1e-12) | (gain > 1 - 1e-12)
+    assert 0 < is_at_limit.sum() < 400
+    np.testing.assert_array_equal(trace.status & PROJECTED > 0, is_at_limit)

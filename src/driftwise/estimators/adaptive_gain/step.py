@@ -67,10 +67,11 @@ def find_again(state):
 def bound(form, K, old, scratch):
     """Keep the filter stable: clip H K (scalar state), or halve the step until its poles lie inside."""
     if form.radius == 0.0:
-        k = min(max(form.H[0] * K[0], form.low), form.high) / form.H[0]
-        is_moved = k != K[0] and form.low > -np.inf
-        K[0] = k if is_moved else K[0]
-        return PROJECTED if is_moved else 0
+        gain = form.H[0] * K[0]
+        if form.low <= gain <= form.high or form.low == -np.inf:  # no quotient is waited for
+            return 0
+        K[0] = min(max(gain, form.low), form.high) / form.H[0]
+        return PROJECTED
     n = K.size
     for turn in range(HALVINGS):
         for i in range(n):
