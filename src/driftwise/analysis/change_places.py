@@ -220,7 +220,7 @@ def _look_for(now: Response, kind: str, i: int, hint: int) -> Look | None:
     if hint >= 0:
         about = int(np.searchsorted(seen, hint))
         grid = np.concatenate([grid, seen[max(about - NEAR // 4, 0) : about + NEAR // 4]])
-    grid = apart(np.unique(grid), others)
+    grid = apart(np.unique(grid), others, hint)
     if not len(grid):
         return None
     scanned = scanner(now, kind, i, r)
@@ -228,7 +228,7 @@ def _look_for(now: Response, kind: str, i: int, hint: int) -> Look | None:
     best = int(np.argmax(taken))
     likely = np.flatnonzero(taken > taken[best] - LIKELY)
     looks = [between(seen, grid, *ends) for ends in ((best, best), (likely[0], likely[-1]))]
-    fine = apart(np.unique(np.concatenate([*looks, grid[best : best + 1]])), others)
+    fine = apart(np.unique(np.concatenate([*looks, grid[best : best + 1]])), others, hint)
     return Look(seen, r, grid, taken, fine, scanned(fine))
 
 
@@ -269,9 +269,12 @@ def between(seen, grid, first: int, last: int) -> np.ndarray:
     return found[:: max(len(found) // NEAR, 1)]
 
 
-def apart(places, others) -> np.ndarray:
-    """Return the places that are not beside another change: what is left there is what its date is wrong by."""
-    return places[np.all(abs(places[:, None] - others) >= APART, axis=1)]
+def apart(places, others, own: int = -1) -> np.ndarray:
+    """Return the places that are not beside another change: what is left there is what its date is wrong by.
+
+    ``own`` : the place of a change that is fitted beside them
+    """
+    return places[np.all(abs(places[:, None] - others) >= APART, axis=1) | (places == own)]
 
 
 def located(now: Response, part: str, j: int) -> Place | None:

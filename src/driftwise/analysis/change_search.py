@@ -12,13 +12,13 @@ import numpy as np
 from .change_places import GAIN, LEVEL, NEAR, Place, colourless, located, place, standing, walk, worth
 from .noise_jumps import LEAST, PIECES, SURE, noisy
 from .onsets import abrupt
+from .pairs import joined
 from .response import Response
 from .response_orders import cleaned, respond, stripped
 from .response_record import HUBER, local_size
 from .stretches import stretch
 
 HOPE = 3.0  # log odds from which a change is tried
-FINER = 3  # times that the date of a change beside another is sharpened
 LONG = 8192  # samples from which on changes are dated by scores alone, and outliers are no question: fits take long
 STEPS = 4  # by which the frequency of a line is sharpened
 EVEN = 6.0  # of the criterion: of changes no further apart, the surest is taken
@@ -32,7 +32,7 @@ def kinds(now: Response) -> list[tuple[str, int]]:
 def searched(now: Response) -> Response:
     """Return a response with all that it asks for; where something was added, its order is chosen again."""
     for _ in range(2):
-        before, now = now.parts, noisy(split(changed(noisy(now))))
+        before, now = now.parts, noisy(joined(changed(noisy(now))))
         if now.parts == before:
             break
         if (
@@ -62,23 +62,6 @@ def changed(now: Response) -> Response:
     return best
 
 
-def split(now: Response) -> Response:
-    """Return a response with a level and a gain in the place of a gain that stood for both, where that is likelier."""
-    best = now
-    for j, (i, since) in enumerate(now.gains if len(now.used) < LONG else ()):
-        less = now.without("gains", j).settled(1)
-        level = place(less, LEVEL, 0)
-        steps = [*abrupt(less), *([(level.at, 0.0)] if level is not None else [])]
-        for at in {at for at, _ in steps if abs(at - since) < NEAR}:
-            one = tried(less, LEVEL, 0, at)
-            where = one and place(one[1], GAIN, i)
-            two = where and tried(one[1], GAIN, i, where.at)
-            if where and two and two[0] > SURE:
-                both = sharpened(two[1].settled(1), "gains", len(two[1].gains) - 1, where.interval)
-                best = min(best, both, key=lambda one: one.dated_criterion)
-    return best
-
-
 def pruned(now: Response) -> Response:
     """Return a response without changes that the others explain, the least sure first; each where it is likeliest."""
     while True:
@@ -97,8 +80,6 @@ def pruned(now: Response) -> Response:
             now = now.without(*weakest[:2]).settled(1)
     for part, j, where in found:
         now = dated(now, part, j, where.at)
-        if any(near(now, part, j)):
-            now = sharpened(now, part, j, where.interval)
     return now
 
 
@@ -128,20 +109,6 @@ def beside(now: Response, at: int) -> Iterator[tuple[str, int]]:
 def date(now: Response, part: str, j: int) -> int:
     """Return the first sample of a change."""
     return now.levels[j] if part == "levels" else now.gains[j][1]
-
-
-def sharpened(now: Response, part: str, j: int, ends: tuple[int, int]) -> Response:
-    """Return a response with one of its changes where it fits best between ``ends``.
-
-    Two changes close together hide each other from the scores, by which places are told: here each place is fitted.
-    """
-    low, high = ends
-    for _ in range(FINER):
-        for at in np.unique(np.linspace(low, high, 5).astype(int)).tolist():
-            now = dated(now, part, j, at)
-        at, half = date(now, part, j), max((high - low) // 4, 1)
-        low, high = max(low, at - half), min(high, at + half)
-    return now
 
 
 def dated(now: Response, part: str, j: int, at: int) -> Response:

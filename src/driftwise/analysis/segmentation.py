@@ -13,6 +13,7 @@ from .change_search import searched
 from .driven_noise import beside_moves
 from .lost_inputs import completed
 from .noise_jumps import LEAST, SURE, noises
+from .pairs import changes, together
 from .response import Response
 from .response_covariance import covariance, without_end
 from .response_record import long_run, recorded
@@ -58,25 +59,21 @@ class Hindsight(NamedTuple):
         """Return what jumped, in order of time."""
         now, found = self.response, []
         T, endless = len(now.used), without_end(now, covariance(now)) if now.gains else []
-        for j in range(len(now.levels)):
-            where = standing(now, "levels", j)
-            where = where and beside_moves(now, j, where)
-            size = float(now.more[now.placed()["levels"].start + j]) * self.y_scale
-            if (
-                where is not None
-                and where.log_odds > SURE
-                and where.slow > TOLD[LEVEL]
-                and is_sudden(now, "levels", j, where)
-            ):
-                found.append(Jump(where.middle, where.interval, where.log_odds, LEVEL, 0, 0.0, size))
-        for j, (i, since) in enumerate(now.gains):
-            where = standing(now, "gains", j)
-            factor = now.factor(i)
+        places = {one: where for one in changes(now) if (where := standing(now, *one.of(now)))}
+        for (kind, i, since), where in together(now, places).items():
+            if kind == LEVEL:
+                j = now.levels.index(since)
+                where = beside_moves(now, j, where)
+                size = float(now.more[now.placed()["levels"].start + j]) * self.y_scale
+                if where.log_odds > SURE and where.slow > TOLD[LEVEL] and is_sudden(now, "levels", j, where):
+                    found.append(Jump(where.middle, where.interval, where.log_odds, LEVEL, 0, 0.0, size))
+                continue
+            j, factor = now.gains.index((i, since)), now.factor(i)
             gain = now.b[i].sum() / now.denominator.sum() * self.y_scale / self.u_scale[i]
             before, after = (float(gain * factor[k]) for k in (max(since - 1, 0), min(since, T - 1)))
             if endless[i]:
                 before, after = 1.0, after / before if before else math.inf
-            if where is not None and where.log_odds > TOLD[GAIN] and is_sudden(now, "gains", j, where):
+            if where.log_odds > TOLD[GAIN] and is_sudden(now, "gains", j, where):
                 found.append(Jump(where.middle, where.interval, where.log_odds, GAIN, i, before, after, endless[i]))
         for jump in noises(now):
             sizes = jump.before * self.y_scale, jump.after * self.y_scale
