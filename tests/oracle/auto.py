@@ -156,7 +156,7 @@ class Trial:
         self.age, self.beside = self.age + 1, self.beside + evidence
         return rho
 
-    def judge(self, jumps, pi, seen):
+    def judge(self, jumps, pi, known, seen, inverse):
         if self.told:
             return self.reconsider()
         prior, none = np.log(1e-3 * self.gap), self.found[0] - self.beside
@@ -165,6 +165,10 @@ class Trial:
             against[:2] = -np.inf
         best, level = max(against[:2]), against[2]
         shy = min(1 / 8, 5e-4 / max(pi, 5e-4))
+        if known > 0.01:
+            same, free, _ = self.copies
+            far = np.mean((free.theta[0, 0] - same.theta[0, 0]) ** 2 / inverse) / same.s2[0, 0]
+            shy *= 16 / max(far, 16)
         self.odds = max((best - max(none, level)) / np.log(100 / 8 / shy), 0.0)
         self.weigh(against, shy)
         least = -2.0 if seen > 200 else 4.0
@@ -324,7 +328,8 @@ def run_auto(y, psi, phi, told=None, levels=(0.0, 1e-1), expect="both", P0=1e4):
             trial = trials[s]
             if trial is not None and not rest[s]:
                 own = trial.see(row[s], yk[s], pi[s], over[s], taken.evidence[s])
-                what = trial.judge(expect != "outliers", pi[s], units.count[s])
+                known = (expect != "jumps") * min((struck_before[s] + 0.2) / (counted[s] + 20), 0.25)
+                what = trial.judge(expect != "outliers", pi[s], known, units.count[s], over[s])
                 out.odds[s, k] = trial.odds
                 rho = (1 - trial.shown.sum()) * rho + trial.shown @ own
                 if what == "jump":

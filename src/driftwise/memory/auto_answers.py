@@ -16,6 +16,7 @@ from .auto_state import (
     MODES,
     QUIET,
     RHO,
+    SINCE_GAP,
     SINCE_NOW,
     STRUCK_BEFORE,
     STRUCK_SO_FAR,
@@ -59,9 +60,11 @@ def stay_as_fast(head, unit, s2):
 @kernel
 def try_out(memory, parts, e, R, evidence, rho, outliers, view):
     """Let the trial see the sample, and follow what it decides; return the probability of an outlier to all."""
-    trial, head, own, unit = parts.trial, parts.head, parts.own, parts.drift.unit
-    same, freed, level = argue(memory, trial, e, R, head[CLEAN], view.theta, evidence, outliers, view, unit)
-    head[VERDICT] = judge(memory, trial, outliers, parts.drift.head[SEEN])
+    trial, head, own, unit, N = parts.trial, parts.head, parts.own, parts.drift.unit, view.theta.size
+    is_right = memory.has_state == 0.0 and head[CLEAN] <= N and head[SINCE_GAP] >= N
+    same, freed, level = argue(memory, trial, e, R, is_right, view.theta, evidence, outliers, view, unit)
+    known = share_of_outliers(memory, head, head[STRUCK_BEFORE])
+    head[VERDICT] = judge(memory, trial, outliers, known, parts.drift.head[SEEN], unit)
     shown = trial.shown
     rho = (1.0 - shown[0] - shown[1] - shown[2]) * rho + shown[0] * same + shown[1] * freed + shown[2] * level
     if head[VERDICT] != NOTHING:
@@ -91,7 +94,7 @@ def adapt_auto(memory, state, e, R, view):
         fold(own.bank, own.dense, N)
         if trial.head[AGE] > 0.0:
             fold(trial.copies, trial.dense, N)
-    outliers, is_on = share_of_outliers(memory, head), False
+    outliers, is_on = share_of_outliers(memory, head, head[STRUCK_SO_FAR]), False
     if not is_unexcited and drift.head[SEEN] > 4.0 * N:
         surprise, is_on = e * e / (s2 * T), trial.head[AGE] > 0.0
         is_suspicious = suspect(parts.sums, view.psi, e, T, s2) or drift.head[SEEN] < YOUNG
@@ -123,6 +126,7 @@ def adapt_auto(memory, state, e, R, view):
         show_none(trial)
     head[RHO], head[IS_ISOLATED] = rho, 1.0 if head[CLEAN] >= ISOLATED else 0.0
     head[CLEAN] = 0.0 if rho > 0.5 else head[CLEAN] + 1.0
+    head[SINCE_GAP] += 1.0
     if not is_unexcited and head[VERDICT] == NOTHING:
         count_outlier(head, rho)
     if memory.stakes > 0.0:
@@ -147,7 +151,7 @@ def outlier_probability_auto(memory, state):
     head = open_drift_state(state, memory.cap.size).own
     if head[VERDICT] != NOTHING:
         return 0.0
-    rho, is_frequent = head[RHO], share_of_outliers(memory, head) > FREQUENT
+    rho, is_frequent = head[RHO], share_of_outliers(memory, head, head[STRUCK_SO_FAR]) > FREQUENT
     if head[IS_ISOLATED] == 0.0:
         rho = min(rho, SUSPECT_FREQUENT if is_frequent else SUSPECT)
     return min(rho, EVEN) if rho <= SUSPECT and not is_frequent and memory.has_state == 0.0 else rho
@@ -187,6 +191,8 @@ def time_update_auto(memory, state, elapsed, view):
     if trial.head[AGE] > 0.0:
         time_update_copies(memory, trial, q, waits, view.b)
     own.head[WAITS] = 0.0
+    if view.surprise != view.surprise:
+        head[SINCE_GAP] = 0.0
     if view.surprise >= 0.0:
         status |= AT_REST if is_unexcited else 0
         status |= NOISE if head[VERDICT] == A_LEVEL and head[SINCE_NOW] > 0.0 else 0

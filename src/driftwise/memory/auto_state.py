@@ -15,7 +15,7 @@ from .trial_state import open_trial, trial_size
 from .unknown_drift import open_drift_state
 
 RHO, CLEAN, VERDICT, STRUCK_SO_FAR, COUNTED, SINCE_NOW, IS_ISOLATED = range(7)  # its own numbers
-QUIET, STRUCK_BEFORE, HEAD = range(7, 10)  # and how many
+QUIET, STRUCK_BEFORE, SINCE_GAP, HEAD = range(7, 11)  # and how many
 MODES = len(LEVELS) + 1
 
 AUTO = Layout(
@@ -30,6 +30,7 @@ AUTO = Layout(
         isolated="whether the samples before the last were no outliers",
         quiet="sigma^2 before the noise became louder; 0: it has not",
         struck_before="outliers until the trial began: what it explains were none",
+        since_gap="samples since an output was missing",
     ),
     Field("bank", ("bank_size(N, M)",), "the filters that interact"),
     Field("suspicion", ("suspicion_size(N)",), "whether something may have happened"),
@@ -70,9 +71,9 @@ def open_parts(memory, state, N):
 
 
 @kernel
-def share_of_outliers(memory, head):
-    """Return how many samples in one are outliers, as far as that is known."""
-    return memory.outliers * min((head[STRUCK_SO_FAR] + STRUCK) / (head[COUNTED] + CHANCES), OFTEN)
+def share_of_outliers(memory, head, struck):
+    """Return how many samples in one are outliers, as far as that is known, if ``struck`` have been some."""
+    return memory.outliers * min((struck + STRUCK) / (head[COUNTED] + CHANCES), OFTEN)
 
 
 @kernel

@@ -139,16 +139,16 @@ def copy_sees(memory, trial, k, e, R, theta, outliers, view):
 
 
 @kernel
-def argue(memory, trial, e, R, clean, theta, evidence, outliers, view, unit):
+def argue(memory, trial, e, R, is_right, theta, evidence, outliers, view, unit):
     """Let the trial see the sample; return the probability that it is an outlier, to each copy.
 
-    ``clean`` are the samples since the last outlier, ``evidence`` is that of the bank.
+    ``is_right``: regressors are, if parameters jumped: only what looked like an outlier makes them doubtful.
+    ``evidence`` is that of the bank.
     """
     N, head = theta.size, trial.head
     half = N * (N + 1) // 2
     error, rho, T = copy_sees(memory, trial, SAME, e, R, theta, outliers, view)
     weigh_alone(trial, error, rho, T, view, unit, own_sigma2(memory, mode(trial.copies, SAME, N).own))
-    is_right = memory.has_state == 0.0 and clean <= N  # if they jumped, so was what looked like an outlier
     noise = memory.R if is_right else R
     for i in range(N):
         if memory.lags[i] > head[AGE]:  # this one may be the old one still, or not

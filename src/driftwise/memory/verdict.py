@@ -5,6 +5,7 @@ from ..engine.elementary import exp, log
 from .auto_constants import (
     BY_DRIFT,
     BY_DRIFT_YOUNG,
+    CHANCES,
     FAINT,
     JUMP_AGE,
     JUMP_ODDS,
@@ -17,7 +18,10 @@ from .auto_constants import (
     SHY,
     SHY_OF_OUTLIERS,
     STILL_LOUD,
+    STRUCK,
     UNSEEN,
+    WIDE,
+    WIDEST,
 )
 from .likelihood_drift import begin_again, derivatives
 from .lone_jump import move_alone
@@ -28,8 +32,11 @@ NOTHING, A_JUMP, A_LEVEL, NO_JUMP = range(4)
 
 
 @kernel
-def judge(memory, trial, outliers, seen):
-    """Set the probabilities of the copies, faint ones to zero; return what is decided, NOTHING while it goes on."""
+def judge(memory, trial, outliers, known, seen, unit):
+    """Set the probabilities of the copies, faint ones to zero; return what is decided, NOTHING while it goes on.
+
+    ``outliers`` is their share, ``known`` what it was when the trial began: what it is about may be none.
+    """
     head, found, shown, moved = trial.head, trial.found, trial.shown, trial.moved
     prior = log(RATE * head[GAP])
     if is_told(trial):
@@ -41,6 +48,8 @@ def judge(memory, trial, outliers, seen):
     best, level = max(shown[SAME], shown[FREED]), shown[LEVEL]
     none = max(found[SAME] - head[BESIDE], level)
     shy = min(SHY, SHY_OF_OUTLIERS / max(outliers, SHY_OF_OUTLIERS))
+    if known > STRUCK / CHANCES:
+        shy *= WIDE / max(how_far(memory, trial, unit), WIDE)
     head[ODDS] = max((best - none) / (JUMP_ODDS + log(SHY / shy)), 0.0) if memory.jumps > 0.0 else 0.0
     weigh_up(shown, moved, shy)
     by_drift = BY_DRIFT if seen > LEARNT else BY_DRIFT_YOUNG
@@ -53,6 +62,15 @@ def judge(memory, trial, outliers, seen):
     ):
         return A_LEVEL
     return NOTHING
+
+
+@kernel
+def how_far(memory, trial, unit):
+    """Return how far parameters went that were set free: mean square, in deviations, WIDEST at most."""
+    same, freed, far = mode(trial.copies, SAME, unit.size), mode(trial.copies, FREED, unit.size), 0.0
+    for i in range(unit.size):
+        far += (freed.theta[i] - same.theta[i]) * (freed.theta[i] - same.theta[i]) / unit[i]
+    return min(WIDEST, far / (unit.size * own_sigma2(memory, same.own)))
 
 
 @kernel

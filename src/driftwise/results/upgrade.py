@@ -62,11 +62,13 @@ def parts(fields: list) -> list:
 # Second: AutoMemory began once only. Third: louder noise made parameters faster, and AutoMemory's head was shorter. In
 # both, no mean of an average was by regrets. Fourth: the disagreement of its members added nothing to its variance, and
 # across gaps its mean was by likelihood. In all of them, an average kept the logarithms of its weights. Fifth: one
-# variance followed the errors of its predictions, no four; last, it kept weights.
-# In all of them, a `ScoreCUSUM` without a size kept its ratios one parameter after the other.
+# variance followed the errors of its predictions, no four; last, it kept weights. Sixth: AutoMemory did not count the
+# samples since an output was missing.
+# In all but that, a `ScoreCUSUM` without a size kept its ratios one parameter after the other.
 
-FORMER = 5
+FORMER = 6
 SHORT_HEAD = 7  # numbers of the head of AutoMemory, in the first three
+GAPLESS_HEAD = 9  # and in the next three
 UNHEARD, MUTE = float(np.log(0.01)), -30.0  # log weights, of members that an average does not hear
 
 
@@ -168,7 +170,7 @@ def _parts(estimator) -> Iterator[tuple[str, list[Piece]]]:
 def _mixture(detector, size: int) -> Piece:
     """Return how long the part of a mixture over sizes was and is."""
     m = detector.parameters(size)
-    return Piece((size - 3 * m,) * FORMER, size, (_by_sizes,) * FORMER, (int(detector.K), m))
+    return Piece((*(size - 3 * m,) * 5, size), size, (*(_by_sizes,) * 5, None), (int(detector.K), m))
 
 
 def _by_sizes(was: np.ndarray, piece: Piece) -> np.ndarray:
@@ -192,9 +194,9 @@ def _piece(memory, size: int) -> Piece:
 
     N, now = memory.cap.size, memory.state_size(memory.cap.size)
     first = SHORT_HEAD + bank_size(N, MODES) + 2 * MODES * size_of(N) + learner_size(N, N)
-    third = now - (HEAD - SHORT_HEAD)
-    before = drift_state_size(N, first), third - second_size(N), third, now, now
-    return Piece(before, now, (_trials, _second_start, _longer_head, None, None), memory)
+    third, fourth = now - (HEAD - SHORT_HEAD), now - (HEAD - GAPLESS_HEAD)
+    before = drift_state_size(N, first), third - second_size(N), third, fourth, fourth, fourth
+    return Piece(before, now, (_trials, _second_start, *(_longer_head,) * 4), memory)
 
 
 def _average(estimator, size: int) -> Piece:
@@ -203,8 +205,8 @@ def _average(estimator, size: int) -> Piece:
     before = sum(start[name].size for name in start.dtype.names[: start.dtype.names.index("brief")])
     was = before + 2 * start["likely"].size + start["spread"].size + 3 * (start["regret"].size - 1)
     fourth = sum(start[name].size for name in start.dtype.names[: start.dtype.names.index("silent")]) + 2
-    before = before, was, was, fourth, fourth + 1 + 3 * start["far_regret"].size
-    return Piece(before, size, (_blended, _by_regrets, _by_regrets, _of_one_width, _of_one_width), start)
+    before = before, was, was, fourth, fourth + 1 + 3 * start["far_regret"].size, size
+    return Piece(before, size, (_blended, _by_regrets, _by_regrets, _of_one_width, _of_one_width, None), start)
 
 
 def _lengthened(was: np.ndarray, piece: Piece) -> np.ndarray:
@@ -245,11 +247,12 @@ def _by_regrets(was: np.ndarray, piece: Piece) -> np.ndarray:
 
 
 def _longer_head(was: np.ndarray, piece: Piece) -> np.ndarray:
-    """Return what one `AutoMemory` keeps, whose noise has not become louder."""
+    """Return what one `AutoMemory` keeps, whose noise has not become louder, and who misses no output."""
+    from ..memory.auto_state import HEAD
     from ..memory.unknown_drift import drift_state_size
 
-    end = drift_state_size(piece.owner.cap.size) + SHORT_HEAD
-    return np.insert(was, [end] * (piece.now - was.shape[-1]), 0.0, axis=-1)
+    end, more = drift_state_size(piece.owner.cap.size) + HEAD, piece.now - was.shape[-1]
+    return np.insert(was, [end - more] * more, 0.0, axis=-1)
 
 
 def _second_start(was: np.ndarray, piece: Piece) -> np.ndarray:
