@@ -18,6 +18,7 @@ from .response_record import delayed, huber, long_run, long_run_of
 EDGE = 8  # part of a short record at its ends, in which no change is looked for; of others `LEAST` samples
 APART = 10  # samples between two changes
 PLACES, NEAR = 64, 64  # at which a change is looked for, and about the likeliest of them
+LONG = 8192  # samples from which on changes are dated by scores alone, and outliers are no question: fits take long
 LIKELY = 10.0  # nats from the likeliest place within which others are looked at as closely
 WAVES, WALKS = 30, (-12.0, 6.0, 40)  # of a walk; the logarithms of its variances that are weighed
 ROUND_OFF = 1e-9  # of what a change takes

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from .change_places import GAIN, LEVEL, NEAR, Place, colourless, located, place, standing, walk, worth
+from .change_places import GAIN, LEVEL, LONG, NEAR, Place, colourless, located, place, standing, walk, worth
 from .noise_jumps import LEAST, PIECES, SURE, noisy
 from .onsets import abrupt
 from .pairs import joined
@@ -19,7 +19,6 @@ from .response_record import HUBER, local_size
 from .stretches import stretch
 
 HOPE = 3.0  # log odds from which a change is tried
-LONG = 8192  # samples from which on changes are dated by scores alone, and outliers are no question: fits take long
 STEPS = 4  # by which the frequency of a line is sharpened
 EVEN = 6.0  # of the criterion: of changes no further apart, the surest is taken
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .change_places import APART, GAIN, LEVEL, NEAR, NUMBERS, Place, effects
+from .change_places import APART, GAIN, LEVEL, LONG, NEAR, NUMBERS, Place, effects
 from .response import Response
 from .response_orders import cleaned
 
@@ -68,7 +68,12 @@ def close(now: Response) -> Iterator[tuple[One, One]]:
 
 
 def joined(now: Response) -> Response:
-    """Return a response with two changes in the place of two, or of one that stood for both, where that is likelier."""
+    """Return a response with two changes in the place of two, or of one that stood for both, where that is likelier.
+
+    A long record is left as it is: its changes are dated by scores.
+    """
+    if len(now.used) >= LONG:
+        return now
     groups = list[tuple[One, ...]](close(now))
     groups += [(one,) for one in changes(now) if not any(one in group for group in groups)]
     for group in groups:
