@@ -3,9 +3,9 @@
     DRIFTWISE_DATA=.. python scripts/model_average.py [record ..]
 
 One step ahead, nothing tuned, second half scored, as in docs/score.md. Members are the linear candidates of `identify`,
-each with all memories; the forecast is that of all four means, its variance what its errors were beside the four that
-compete. "normal": the density N(m, s), and that variance, instead. "no floor": the same record with a millionth of its
-deviation of noise added, so that its smallest step says nothing any more. `AutoMemory` is slow with
+each with all memories; the forecast is by regrets, its variance what its errors were beside the four
+that compete. "normal": the density N(m, s), and that variance, instead. "no floor": the same record with a millionth of
+its deviation of noise added, so that its smallest step says nothing any more. `AutoMemory` is slow with
 many parameters: records up to 2500 samples only.
 """
 

@@ -16,10 +16,10 @@ def test_a_rig_is_what_its_seed_says(name):
 
 
 def test_after_a_rest_where_members_disagree_the_variance_is_as_large_as_errors_are():
-    """A cell between pulses: all that was right at rest says nothing of the first sample after it."""
-    y, u = draw("battery", 7, 3)
-    trace, half = Identifier(u.shape[1], 1.0).add(y, u), len(y) // 2
-    assert 0.8 < trace.nis(half) < 1.25  # 17.7 where only the density's variance counts
+    """Cells between pulses: all that was right at rest says nothing of the first sample after it."""
+    records = [draw("battery", 7, number) for number in range(4)]
+    found = [Identifier(u.shape[1], 1.0).add(y, u).nis(len(y) // 2) for y, u in records]
+    assert 0.8 < np.median(found) < 1.25 and max(found) < 1.25  # 17.7 where only the density's variance counts
 
 
 def test_where_members_disagree_and_their_mean_is_good_the_variance_is_no_larger_than_errors_are():

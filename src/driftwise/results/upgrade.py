@@ -63,13 +63,14 @@ def parts(fields: list) -> list:
 # both, no mean of an average was by regrets. Fourth: the disagreement of its members added nothing to its variance, and
 # across gaps its mean was by likelihood. In all of them, an average kept the logarithms of its weights. Fifth: one
 # variance followed the errors of its predictions, no four; last, it kept weights. Sixth: AutoMemory did not count the
-# samples since an output was missing.
+# samples since an output was missing, and the mean of an average was made of four, one by the regrets of its members.
 # In all but that, a `ScoreCUSUM` without a size kept its ratios one parameter after the other.
 
 FORMER = 6
 SHORT_HEAD = 7  # numbers of the head of AutoMemory, in the first three
 GAPLESS_HEAD = 9  # and in the next three
-UNHEARD, MUTE = float(np.log(0.01)), -30.0  # log weights, of members that an average does not hear
+MEANS, SHAPES = 4, 4  # that an average was made of, and variances that it may have
+TRUSTED, SURE = 1e-4, 60.0  # a regret in y_scale^2, soon outgrown, and so many of them: who has these is trusted alone
 
 
 class Piece(NamedTuple):
@@ -101,9 +102,8 @@ def _weighed(estimator, found: np.ndarray) -> np.ndarray:
     now = np.array(found)
     own = now.view(estimator.dtype)["own"]
     if np.any(own["likely"] <= 0.0):
-        for name in ("likely", "brief", "lasting"):
-            weights = np.exp(own[name])
-            own[name] = weights / weights.sum(axis=-1, keepdims=True)
+        weights = np.exp(own["likely"])
+        own["likely"] = weights / weights.sum(axis=-1, keepdims=True)
     return now
 
 
@@ -202,47 +202,51 @@ def _piece(memory, size: int) -> Piece:
 def _average(estimator, size: int) -> Piece:
     """Return how long what an average keeps of its own was and is."""
     start = estimator.start()["own"]
-    before = sum(start[name].size for name in start.dtype.names[: start.dtype.names.index("brief")])
-    was = before + 2 * start["likely"].size + start["spread"].size + 3 * (start["regret"].size - 1)
-    fourth = sum(start[name].size for name in start.dtype.names[: start.dtype.names.index("silent")]) + 2
-    before = before, was, was, fourth, fourth + 1 + 3 * start["far_regret"].size, size
-    return Piece(before, size, (_blended, _by_regrets, _by_regrets, _of_one_width, _of_one_width, None), start)
+    members = start["likely"].size
+    first = sum(start[name].size for name in start.dtype.names[: start.dtype.names.index("regret")])
+    second = first + 2 * members + (MEANS - 2) + 3 * (MEANS - 1)  # two more weights, their errors, regrets of three
+    apart = first + 5 * members + (MEANS - 2) + 3 * MEANS  # weights and regrets of members, regrets of four
+    before = first, second, second, apart + 2, apart + 3 + 3 * MEANS, apart + 1 + 3 * MEANS + 4 * SHAPES
+    return Piece(before, size, (_alone, _alone, _alone, _of_one_width, _of_one_width, _of_four), start)
 
 
-def _lengthened(was: np.ndarray, piece: Piece) -> np.ndarray:
-    """Return what an average keeps, what came since as it begins."""
+def _begun(was: np.ndarray, piece: Piece) -> tuple[np.ndarray, np.ndarray]:
+    """Return what an average keeps, with what it knew of its members: as a row, and by name."""
     now = np.broadcast_to(np.atleast_1d(piece.owner).view(float), (*was.shape[:-1], piece.now)).copy()
-    now[..., : was.shape[-1]] = was
+    now[..., : piece.before[0]] = was[..., : piece.before[0]]
+    return now, now.view(piece.owner.dtype)[..., 0]
+
+
+def _alone(was: np.ndarray, piece: Piece) -> np.ndarray:
+    """Return what an average keeps that trusts the mean by likelihood alone, at first."""
+    now, found = _begun(was, piece)
+    found["regret"][..., -1], found["regret_most"][..., -1] = SURE * TRUSTED, TRUSTED
+    found["regret_squares"][..., -1] = TRUSTED**2
     return now
+
+
+def _of_members(was: np.ndarray, piece: Piece) -> tuple[np.ndarray, np.ndarray]:
+    """Return what an average keeps, with the regrets of its members; they stood behind two more weights of each."""
+    now, found = _begun(was, piece)
+    members, at = piece.owner["likely"].size, piece.before[0]
+    for k, name in enumerate(("regret", "regret_squares", "regret_most")):
+        found[name][..., :-1] = was[..., at + (2 + k) * members : at + (3 + k) * members]
+    return now, found
 
 
 def _of_one_width(was: np.ndarray, piece: Piece) -> np.ndarray:
-    """Return what an average keeps, with a width of each variance: width, silent, apart stood where silent does."""
+    """Return what an average keeps, with a width of each variance: it stood before silent."""
+    now, found = _of_members(was, piece)
     at = piece.before[3] - 2
-    now = _lengthened(np.concatenate([was[..., :at], was[..., at + 1 : at + 2], was[..., at + 3 :]], axis=-1), piece)
-    now.view(piece.owner.dtype)[..., 0]["width"] = was[..., at : at + 1]
+    found["width"], found["silent"] = was[..., at : at + 1], was[..., at + 1]
     return now
 
 
-def _blended(was: np.ndarray, piece: Piece) -> np.ndarray:
-    """Return what an average keeps, with weights by squared errors and regrets: those by likelihood, at first."""
-    now = _lengthened(was, piece)
-    found = now.view(piece.owner.dtype)[..., 0]
-    found["brief"] = found["lasting"] = found["likely"]
-    below = found["likely"] - found["likely"].max(axis=-1, keepdims=True)
-    found["missed"] = 2.0 * np.where(below > UNHEARD, below, MUTE)
-    found["missed_squares"] = found["missed_most"] = 1.0
-    return now
-
-
-def _by_regrets(was: np.ndarray, piece: Piece) -> np.ndarray:
-    """Return what an average keeps, with weights by regrets: those by likelihood, at first."""
-    now = _blended(was[..., : piece.before[0]], piece)
-    found, at = now.view(piece.owner.dtype)[..., 0], piece.before[0]
-    for name in ("brief", "lasting", "spread", "regret", "regret_squares", "regret_most"):
-        size = piece.owner[name].size - name.startswith("regret")  # which the fourth mean has since
-        found[name][..., :size] = was[..., at : at + size]
-        at += size
+def _of_four(was: np.ndarray, piece: Piece) -> np.ndarray:
+    """Return what an average keeps, with all its variances, which stood last."""
+    now, found = _of_members(was, piece)
+    found["silent"] = was[..., piece.before[3] - 2]
+    now[..., -4 * SHAPES :] = was[..., -4 * SHAPES :]
     return now
 
 

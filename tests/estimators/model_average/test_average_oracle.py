@@ -20,12 +20,13 @@ def shares(weights):
 
 
 def aggregated(regrets, speaks, counts=1.0):
-    """Return the weights of Bernstein's online aggregation (Wintenberger 2017), given the regrets so far."""
-    square, most = counts * np.square(regrets).sum(axis=0), np.abs(regrets).max(axis=0)
+    """Return the weights of Bernstein's online aggregation (Wintenberger 2017), but for its factor rate."""
+    fading = 0.999 ** np.arange(len(regrets))[::-1, None]
+    square, most = counts * np.square(regrets).sum(axis=0), (fading * np.abs(regrets)).max(axis=0)
     known, rate = most > 0, np.full(len(speaks), math.exp(-700))
     rate[known] = np.minimum(0.5 / most[known], np.sqrt(math.log(len(speaks)) / square[known]))
     power = np.where(speaks, rate * (counts * np.sum(regrets, axis=0) - rate * square), -np.inf)
-    return shares(rate * np.exp(power - power.max()))
+    return shares(np.exp(power - power.max()))
 
 
 def naive(past):
@@ -38,9 +39,8 @@ def naive(past):
 def oracle(task, y, means, variances):
     """Yield prediction, variance and log density of each sample."""
     M = means.shape[1]
-    logs, ratio, behind, width, worth = np.zeros((3, M)), np.ones(M), np.zeros(M), np.ones(4), np.full(4, 0.25)
-    members, spread, q = [np.zeros(M)], np.full(2, task.unit), PRIOR.copy()
-    blends = {True: [np.zeros(4)], False: [np.zeros(4)]}  # of the next sample, and across gaps
+    logs, ratio, behind, width, worth = np.zeros(M), np.ones(M), np.zeros(M), np.ones(4), np.full(4, 0.25)
+    regrets, q = [np.zeros(M + 1)], PRIOR.copy()
     long, count, is_next, asked = task.unit, 0.0, True, []
     for i in range(len(y)):
         past = y[:i][np.isfinite(y[:i])]
@@ -51,14 +51,12 @@ def oracle(task, y, means, variances):
         claim = ratio * S
         speaks = claim <= 100 * max(ratio[-1], 1) * S[-1]
         sure = speaks & (claim <= 16 / task.rate * np.maximum(claim, floor)[speaks].min())
-        w = np.zeros((4, M))
-        for k, at in enumerate((speaks, sure, sure)):
-            w[k, at] = np.exp(logs[k, at] - logs[k, at].max())
-            w[k] = shares(np.where(w[k] > task.window, w[k], 0.0))
-        w[3] = aggregated(members, sure, task.rate)
-        four = w @ mu
-        prediction, mean = aggregated(blends[is_next], np.ones(4, bool)) @ four, four[0]
-        base = max(w[0] @ (np.maximum(claim, floor) + (mu - mean) ** 2), floor)
+        w = np.where(speaks, np.exp(logs - logs[speaks].max()), 0.0)
+        w = shares(np.where(w > task.window, w, 0.0))
+        mean = w @ mu
+        said, known = np.r_[mu, mean], np.r_[speaks, True]
+        prediction = aggregated(regrets, np.r_[sure, True], task.rate) @ said if is_next else mean
+        base = max(w @ (np.maximum(claim, floor) + (mu - mean) ** 2), floor)
         v, e = np.maximum(np.r_[KAPPA * base, RHO * long], floor), y[i] - mean
         density = np.exp(-0.5 * e**2 / v) / np.sqrt(2 * math.pi * v)
         far = np.sort((mu[:-3] - prediction) ** 2)
@@ -70,23 +68,17 @@ def oracle(task, y, means, variances):
             continue
 
         error = y[i] - prediction
-        blends[was_next].append(2 * error / task.unit * (four - prediction))
         if was_next and t >= task.settle:
+            regrets.append(np.where(known, 2 * error / task.unit * (said - prediction), 0.0))
             z2 = np.minimum(error**2 / told, 1000)
             width = np.maximum(width * (1 + np.array([2, 2, 2, 1]) * (z2 - 1) / task.tails), 0.02)
             asked.append(z2 + np.log(told))
             if t % 4 == 0:
                 worth, asked = shares(worth * np.exp(-0.05 * (np.sum(asked, 0) - np.min(np.sum(asked, 0))))), []
-            members.append(np.where(speaks, 2 * (y[i] - four[3]) / task.unit * (mu - four[3]), 0.0))
         z2 = (y[i] - mu) ** 2 / np.maximum(claim, floor)
-        gains = [task.rate * (-0.5 * np.log(np.maximum(claim, floor)) - 3.5 * np.log1p(z2 / 6))]
-        gains += [
-            -b * task.rate * np.minimum((y[i] - mu) ** 2 / max(s, floor), 1e4) for b, s in zip((0.2, 0.3), spread)
-        ]
-        spread += ((y[i] - four[1:3]) ** 2 - spread) / (min(t, 200) + 1)
-        for k, memory in enumerate((task.forgetting, task.forgetting, 1.0)):
-            told = memory * (logs[k] + gains[k])
-            logs[k] = np.log((1 - task.share) * shares(np.exp(told - told.max())) + task.share / M)
+        gain = task.rate * (-0.5 * np.log(np.maximum(claim, floor)) - 3.5 * np.log1p(z2 / 6))
+        logs = task.forgetting * (logs + gain)
+        logs = np.log((1 - task.share) * shares(np.exp(logs - logs.max())) + task.share / M)
         behind = (1 - 1 / task.memory) * behind + 1
         ratio = np.maximum(ratio + (ratio * np.minimum(z2, 25) - ratio) / (behind + 1), floor / S)
         fade = min(1 - 1 / task.tails, 1 - 1 / (10 + 0.1 * t))

@@ -1,15 +1,16 @@
-"""The mean of a model average: four ways to weigh the members, and how far each of these is trusted.
+"""The mean of a model average: how far each of those is trusted that say what comes next, by their regrets.
 
-    weights      w_i <- (w_i exp(-eta (y - mu_i)^2/s))^phi         s: mean squared error of the mean that w makes
-    regret       r_k = 2 (y - m)(m_k - m),  R_k = sum r_k,  Q_k = sum r_k^2; of members, eta (sum ..)
-    trust        v_k ~ eta_k exp(eta_k R_k - eta_k^2 Q_k),  eta_k = min(1/(2 max |r_k|), sqrt(log K/Q_k))
+    regret       r_k = 2 (y - m)(m_k - m),  R_k = eta sum r_k,  Q_k = eta sum r_k^2,  E_k = max(|r_k|, fade E_k)
+    trust        v_k ~ exp(eta_k R_k - eta_k^2 Q_k),  eta_k = min(1/(2 E_k), sqrt(log K/Q_k))
 
-Likelihood is right for a density, and wrong for a mean where noise has tails: who is sharp between outliers wins, and
-is far off after each. By squared errors it is the other way round; but after a rest the first error is a thousand times
-what was usual, and decides alone. The fourth mean is Bernstein's online aggregation (Wintenberger 2017, eq. 5) of the
-members: squared errors count as they are, the largest no more than all others, and who earned trust where it mattered
-keeps it, however long ago. By the same rule all four make the forecast: it is hardly worse than the best combination
-of them, whatever y.
+Those are the members, and the mean that likelihood makes of them, which is right for a density, and wrong for a mean
+where noise has tails: who is sharp between outliers wins, and is far off after each. By squared errors beside those of
+late it is the other way round; but after a rest the first error is a thousand times what was usual, and decides alone.
+This is Bernstein's online aggregation (Wintenberger 2017, eq. 5): squared errors count as they are, the largest no more
+than all others, and who earned trust where it mattered keeps it, however long ago. Two things differ. There the rate
+is a factor of v_k as well; but who makes the forecast alone has nothing to regret and so the largest rate, and would
+make it alone after its first error too. And the largest regret is forgotten, over a thousand samples: a flood of long
+ago would be the measure of all that followed.
 """
 
 import math
@@ -17,12 +18,7 @@ import math
 from ...engine.dispatch import kernel
 from ...engine.elementary import exp, log, square
 
-BLENDS = 4  # by likelihood; by squared errors, remembered as long as likelihood is, and for ever; by regrets
-LOG_BLENDS = math.log(BLENDS)
-HASTE = (1.0, 0.0)  # of forgetting, beside that of likelihood
-ETA = (0.2, 0.3)  # what a squared error counts
-SPREAD = 200.0  # samples of the mean squared errors
-MOST = 1e4  # that one squared error counts, in s
+FADE = 0.999  # of the largest regret, a sample
 UNHEARD = -37.0  # log share, beside the largest, that no sum would show
 LOST = -90.0  # log weight, beside the largest, that the share of all alike covers
 WORST = 1e100  # regret, in y_scale^2: of who ran away
@@ -39,35 +35,20 @@ def rate_of(squares, most, crowd):
 
 
 @kernel
-def trust(regret, squares, most, v, rates, crowd):
+def trust(regret, squares, most, v, crowd):
     """Fill v, the shares of all whose regrets these are; zero of who is NaN there, for he says nothing."""
     top, total = -math.inf, 0.0
     for k in range(v.size):
         if math.isfinite(v[k]):
-            rates[k] = rate_of(squares[k], most[k], crowd)
-            v[k] = rates[k] * (regret[k] - rates[k] * squares[k])
+            rate = rate_of(squares[k], most[k], crowd)
+            v[k] = rate * (regret[k] - rate * squares[k])
             top = max(top, v[k])
     for k in range(v.size):
-        v[k] = rates[k] * raised(v[k] - top) if v[k] - top > UNHEARD else 0.0
+        v[k] = raised(v[k] - top) if v[k] - top > UNHEARD else 0.0
         total += v[k]
     part = 1.0 / total
     for k in range(v.size):
         v[k] *= part
-
-
-@kernel
-def weigh_by_squares(k, phi, rate, share, y, mu, scores, weights, mean, spread, seen, floor):
-    """Let the weights of one way follow the squared errors; who said nothing counts as all do on average."""
-    sharpness, is_silent = 1.0 / max(spread[k], floor), False
-    for i in range(mu.size):
-        scores[i] = -rate * min(square(y - mu[i]) * sharpness, MOST) if math.isfinite(mu[i]) else math.nan
-        is_silent = is_silent or not math.isfinite(mu[i])
-    if is_silent:
-        all_alike = usual(weights, scores)
-        for i in range(mu.size):
-            scores[i] = scores[i] if math.isfinite(scores[i]) else all_alike
-    weigh(weights, scores, phi, share)
-    spread[k] += (square(y - mean) - spread[k]) / (min(seen, SPREAD) + 1.0)
 
 
 @kernel
@@ -118,4 +99,4 @@ def regret_of(e, mean, means, said, unit, counts, regret, squares, most):
             r = min(max(whole * apart, -WORST), WORST) if abs(apart) > ROUNDED * abs(mean) else 0.0
             regret[k] += counts * r
             squares[k] += counts * r * r
-            most[k] = max(most[k], abs(r))
+            most[k] = max(FADE * most[k], abs(r))

@@ -14,7 +14,7 @@ from ...models.canonical import power_of_two
 from ..base import Estimator
 from ..common.posterior import Posterior
 from . import step as _step
-from .step import AVERAGE, AVERAGE_SAMPLE, NAIVE, PREDICTION, VARIANCE, WEIGHTS, Averaging
+from .step import AVERAGE, AVERAGE_SAMPLE, NAIVE, PREDICTION, VARIANCE, Averaging
 from .trace import AverageTrace
 
 STRETCH = 1024  # samples that members run through before the average does: what they say of a record needs no room
@@ -30,10 +30,11 @@ class Members(NamedTuple):
 class ModelAverage(Estimator):
     """The forecast of several estimators on the same samples: one density from all, honest about its tails.
 
-    Each member predicts; the forecast is their mean, weighted by likelihood that fades (dynamic model averaging), by
-    squared errors and by regrets, whichever was better. The noise variance of each follows its recent errors, and the
-    shape of the density is learnt: mostly normal, heavy tails where the record has them. Last value, straight line and
-    mean are always members, so that the forecast is not much worse than any of these.
+    Each member predicts; the forecast is their mean, weighted by how much smaller squared errors each would have made
+    (regrets), with their mean by likelihood that fades (dynamic model averaging) as one of them. The noise variance of
+    each follows its recent errors, and the shape of the density is learnt: mostly normal, heavy tails where the record
+    has them. Last value, straight line and mean are always members, so that the forecast is not much worse than any of
+    these.
 
     Parameters
     ----------
@@ -65,7 +66,7 @@ class ModelAverage(Estimator):
     Notes
     -----
     Source: Raftery, Karny and Ettler (2010); Occam's window: Madigan and Raftery (1994);
-    learning rate: Grunwald (2012); which mean is trusted: Wintenberger (2017). Cost is that of the members
+    learning rate: Grunwald (2012); regrets: Wintenberger (2017). Cost is that of the members
     and some 50 ns for each.
 
     Bad at: long rests in a record of rare, violent excitation: evidence fades meanwhile, and the first sample after
@@ -245,10 +246,10 @@ class ModelAverage(Estimator):
         for new, old in enumerate(keep):
             after[f"member{new}"] = state[f"member{old}"]
         own, chosen = state["own"], [*keep, *range(M, M + len(NAIVE))]
+        places = {("all",): chosen, ("heard",): [*chosen, M + len(NAIVE)]}
         for name, shape in ((field.name, field.shape) for field in AVERAGE.fields):
-            after["own"][name] = own[name][chosen] if shape == ("all",) else own[name]
-        for name in WEIGHTS:
-            after["own"][name] /= after["own"][name].sum()
+            after["own"][name] = own[name][places[shape]] if shape in places else own[name]
+        after["own"]["likely"] /= after["own"]["likely"].sum()
         return fewer, after
 
 

@@ -1,7 +1,7 @@
 """One sample of a model average: the members' predictions become one density; then y says who was right.
 
     density at   m = sum w_i mu_i                                  (Raftery, Karny and Ettler 2010)
-    prediction   sum v_k m_k, m_1 = m                              m_2 to m_4 by squared errors, regrets: `blend`
+    prediction   sum v_i mu_i + v_0 m                              v: by regrets, `blend`
     base         s = sum w_i (c_i S_i + (mu_i - m)^2)              c_i: running mean of e_i^2/S_i, the noise now
     density      y ~ sum q_j N(m, v_j), v_j = kappa_j s, and rho_j times the long-run mean of e^2: tails are learnt
     weights      w_i <- (w_i p_i(y)^eta)^phi                         Student-t: one outlier does not decide
@@ -12,10 +12,10 @@
 The variance is that of the prediction's errors. Their centre is not the density's, and they are largest where members
 disagree, whatever those claim that were right so far: after a rest, in a flood. How much of the disagreement is error
 differs from plant to plant: three answers and the long-run mean of e^2, each with a running mean of its own, compete.
-These, and the members' regrets, are of forecasts of the next sample, as are those of the four means; of forecasts
-across a gap of y these have regrets of their own, and the variance is the density's, sum q_j v_j.
+These, and the regrets, are of forecasts of the next sample; a forecast across a gap of y is the density's: m, and its
+variance, sum q_j v_j.
 
-By squared errors, nobody is heard who claims a variance sixteen times the least: after a gap, or where nothing has
+In the prediction nobody is heard who claims a variance sixteen times the least: after a gap, or where nothing has
 moved for long, members that forget fast know that they know little, and have won their weight on easier samples.
 
 No variance falls below what the resolution of y, its smallest step so far, allows: step^2/12. Members whose weight is
@@ -34,7 +34,7 @@ from ...engine.layout import Field, Layout, each, numbers
 from ...engine.normal import ROOT_2PI
 from ...engine.order import smallest
 from ...engine.status import BAD_VALUE, MISSING_OUTPUT
-from .blend import BLENDS, ETA, HASTE, LOG_BLENDS, regret_of, trust, usual, weigh, weigh_by_squares
+from .blend import regret_of, trust, usual, weigh
 
 NAIVE = ("last value", "straight line", "mean")
 FAST = tuple(4.0**k for k in range(-2, 6))  # scales of the tails, in s
@@ -46,11 +46,10 @@ PRIOR = tuple(2.0 if kappa == 1.0 else 0.5 * min(kappa, 1.0 / (kappa * kappa)) f
 SEEN, LAST, BEFORE, STEP, MEAN, LONG, LONG_COUNT = range(7)  # of the head of a state
 PREDICTION, INNOVATION, VARIANCE, STATUS = range(4)  # of a trace's row
 SCORE, OFFSET, BASE, LEVEL, FLOOR, TOLD = range(4, 10)
-WEIGHTS = "likely", "brief", "lasting"  # of a state
 PEAK, FAINTEST = 1.0 / ROOT_2PI, math.exp(-700.0)
 FREEDOM, WILD = 6.0, 25.0  # degrees of freedom by which members are judged; most that one e^2/S counts
 VAGUE = 100.0  # times the variance of y about its mean: a member that claims more says nothing
-UNSURE = 16.0  # times the least variance that anyone claims, over eta: by squared errors, who claims more is not heard
+UNSURE = 16.0  # times the least variance that anyone claims, over eta: in the prediction, who claims more is not heard
 TINY, ABSURD = 1e-12, 1e60  # of y_scale^2 the least variance; of y_scale what no y can be
 LONG_MEMORY, SETTLE = 1000.0, 60  # samples of the long-run mean, and those it leaves out at first
 DOUBT = (1e-4, 0.003, 0.3, 0.03)  # d_k: what members' disagreement counts; the last is beside the long-run mean of e^2
@@ -96,26 +95,14 @@ AVERAGE = Layout(
         squares="its squared errors",
         ratio="c: mean of e^2/S",
         behind="samples behind c",
-        brief="weight by squared errors, remembered as long as likelihood is",
-        lasting="weight by squared errors, remembered for ever",
-        missed="regret of the mean by regrets, to it, in y_scale^2",
-        missed_squares="the squares of what it is the sum of",
-        missed_most="the largest of them",
     ),
-    Field("spread", ("BLENDS - 2",), "mean squared error of the means by squared errors"),
     *each(
-        "BLENDS",
-        regret="of the mean, to each of the four that it is made of, in y_scale^2",
+        "heard",
+        regret="of the prediction, to each member, each naive forecaster and their mean by likelihood, in y_scale^2",
         regret_squares="the squares of what it is the sum of",
-        regret_most="the largest of them",
+        regret_most="the largest of them of late",
     ),
     Field("silent", about="samples since y was there"),
-    *each(
-        "BLENDS",
-        far_regret="as `regret`, of forecasts across gaps of y",
-        far_squares="the squares of what it is the sum of",
-        far_most="the largest of them",
-    ),
     *each(
         "VARIANCES",
         width="c: mean of what e^2 of the prediction is beside each variance that it may have",
@@ -124,10 +111,10 @@ AVERAGE = Layout(
         volume="product of it beside the variance that was told, since then",
     ),
     given=("members",),
-    BLENDS=BLENDS,
     SCALES=SCALES,
     VARIANCES=VARIANCES,
     all=f"members + {len(NAIVE)}",
+    heard=f"members + {len(NAIVE) + 1}",
 )
 open_average = kernel(AVERAGE.open)
 AVERAGE_SAMPLE = Layout(
@@ -154,9 +141,7 @@ def fresh(task: Averaging) -> np.ndarray:
     """Return the state before the first sample: equal weights, a density near the normal one."""
     state = np.zeros((), AVERAGE.dtype(int(task.members)))
     state["last"] = state["before"] = state["step"] = np.nan
-    state["long"], state["ratio"], state["spread"] = task.unit, 1.0, task.unit
-    for name in WEIGHTS:
-        state[name] = 1.0 / state[name].size
+    state["long"], state["ratio"], state["likely"] = task.unit, 1.0, 1.0 / state["likely"].size
     state["width"], state["worth"], state["volume"] = 1.0, 1.0 / VARIANCES, 1.0
     state["tails"] = PRIOR
     return state
@@ -198,15 +183,15 @@ def claim(mu, S, ratio, claims):
 
 
 @kernel
-def heard(mu, claims, w, weights, most, window):
-    """Fill w, the weights of those who speak, and claim no variance above ``most``; return the mean they make."""
+def heard(mu, claims, w, weights, window):
+    """Fill w, the weights by likelihood of those who speak; return the mean they make."""
     M, best = mu.size, 0.0
     for i in range(M):
-        if claims[i] <= most:
+        if claims[i] > 0.0:
             best = max(best, weights[i])
     total, mean, least = 0.0, 0.0, window * best
     for i in range(M):
-        w[i] = weights[i] if claims[i] <= most and weights[i] >= least else 0.0
+        w[i] = weights[i] if claims[i] > 0.0 and weights[i] >= least else 0.0
         total += w[i]
     part = 1.0 / total
     for i in range(M):
@@ -217,15 +202,15 @@ def heard(mu, claims, w, weights, most, window):
 
 
 @kernel
-def trusted(mu, claims, w, most_claimed, regret, squares, most, rates, crowd):
-    """Fill w, the weights by regrets of those who claim no more than that; return the mean they make."""
+def trusted(means, claims, most_claimed, regret, squares, most, v, crowd):
+    """Fill v, the trust in those who claim no more than that; return the mean they make."""
     mean = 0.0
-    for i in range(mu.size):
-        w[i] = claims[i] if claims[i] <= most_claimed else math.nan
-    trust(regret, squares, most, w, rates, crowd)
-    for i in range(mu.size):
-        if w[i] > 0.0:
-            mean += w[i] * mu[i]
+    for k in range(means.size):
+        v[k] = claims[k] if claims[k] <= most_claimed else math.nan
+    trust(regret, squares, most, v, crowd)
+    for k in range(means.size):
+        if v[k] > 0.0:
+            mean += v[k] * means[k]
     return mean
 
 
@@ -283,17 +268,6 @@ def learn_variances(seen, e2, variance, v, tails, width, worth, gained, volume, 
             scores[k] = -WORTH * (gained[k] + log(volume[k]))
             gained[k], volume[k] = 0.0, 1.0
         weigh(worth, scores, 1.0, LEAST_WORTH)
-
-
-@kernel
-def blended(v, means, first, second, third, fourth, w):
-    """Fill w, the weight of each member in the prediction; return the prediction."""
-    mean = 0.0
-    for k in range(BLENDS):
-        mean += v[k] * means[k]
-    for i in range(w.size):
-        w[i] = v[0] * first[i] + v[1] * second[i] + v[2] * third[i] + v[3] * fourth[i]
-    return mean
 
 
 @kernel
@@ -393,35 +367,34 @@ def pass_over_averaging(task, rows, q, kept, out, state):
     """
     M = q.shape[1]
     (
-        row, tails, likely, evidence, squares, ratio, behind, brief, lasting, missed, misses, worst_miss,
-        spread, regret, regrets, most, silent, far, fars, most_far, width, worth,
-        gained, volume,
+        row, tails, likely, evidence, squares, ratio, behind, regret, regrets, most, silent,
+        width, worth, gained, volume,
     ) = open_average(state, M - len(NAIVE))  # fmt: skip
     scratch = state[state.size - scratch_size(M) :]
-    scores, one, two, three = scratch[:M], scratch[M : 2 * M], scratch[2 * M : 3 * M], scratch[3 * M : 4 * M]
-    four, claims, rest = scratch[4 * M : 5 * M], scratch[5 * M : 6 * M], scratch[6 * M :]
-    crowd, means, v = log(1.0 * M), rest[:BLENDS], rest[BLENDS : 2 * BLENDS]
-    wide, densities = rest[2 * BLENDS : 2 * BLENDS + VARIANCES], rest[2 * BLENDS + VARIANCES :]
+    scores, w, rest = scratch[:M], scratch[M : 2 * M], scratch[2 * M :]
+    K = M + 1
+    means, claims, v, rest = rest[:K], rest[K : 2 * K], rest[2 * K : 3 * K], rest[3 * K :]
+    wide, densities, crowd = rest[:VARIANCES], rest[VARIANCES:], log(1.0 * K)
     for t in range(rows.shape[0]):
-        y, mu, S, w = rows[t, 0], q[t], kept[t], out[t, TOLD + SCALES :]
+        y, mu, S, weights = rows[t, 0], q[t], kept[t], out[t, TOLD + SCALES :]
         for i in range(len(NAIVE)):
             mu[M - len(NAIVE) + i], S[M - len(NAIVE) + i] = naive(row, i), task.unit
         floor = floor_of(task, row)
         claim(mu, S, ratio, claims)
-        most_claimed = UNSURE / task.rate * least_claim(claims, floor)
-        means[0] = heard(mu, claims, one, likely, math.inf, task.window)
-        means[1] = heard(mu, claims, two, brief, most_claimed, task.window)
-        means[2] = heard(mu, claims, three, lasting, most_claimed, task.window)
-        means[3] = trusted(mu, claims, four, most_claimed, missed, misses, worst_miss, scores, crowd)
-        for k in range(BLENDS):
-            v[k] = 0.0
+        mean = heard(mu, claims[:M], w, likely, task.window)
+        base = base_of(mu, claims, w, mean, floor)
+        most_claimed = UNSURE / task.rate * least_claim(claims[:M], floor)
+        for i in range(M):
+            means[i] = mu[i]
+        means[M], claims[M] = mean, most_claimed
         is_next = silent[0] == 0.0
+        prediction = mean
         if is_next:
-            trust(regret, regrets, most, v, scores, LOG_BLENDS)
-        else:  # of forecasts across a gap, what errors of the next sample taught says nothing
-            trust(far, fars, most_far, v, scores, LOG_BLENDS)
-        mean, prediction = means[0], blended(v, means, one, two, three, four, w)
-        base = base_of(mu, claims, one, mean, floor)
+            prediction = trusted(means, claims, most_claimed, regret, regrets, most, v, crowd)
+        else:  # of a forecast across a gap, what errors of the next sample taught says nothing
+            v[:], v[M] = 0.0, 1.0
+        for i in range(M):
+            weights[i] = v[i] + v[M] * w[i]
         is_absurd = abs(y) > ABSURD * math.sqrt(task.unit)
         variance = tell(row, tails, math.nan if is_absurd else y, prediction, mean, base, floor, densities, out[t])
         if is_next:
@@ -434,20 +407,10 @@ def pass_over_averaging(task, rows, q, kept, out, state):
             silent[0] += 1.0
             continue
         silent[0] = 0.0
-        if is_next:
-            regret_of(y - prediction, prediction, means, means, task.unit, 1.0, regret, regrets, most)
-        else:
-            regret_of(y - prediction, prediction, means, means, task.unit, 1.0, far, fars, most_far)
         if is_next and row[SEEN] >= task.settle:
-            learn_variances(
-                row[SEEN], square(y - prediction), variance, wide, task.tails, width, worth, gained, volume, scores
-            )
-            regret_of(y - means[3], means[3], mu, claims, task.unit, task.rate, missed, misses, worst_miss)
-        for k in range(BLENDS - 2):
-            weigh_by_squares(
-                k, 1.0 - HASTE[k] * (1.0 - task.forgetting), ETA[k] * task.rate, task.share, y, mu, scores,
-                brief if k == 0 else lasting, means[k + 1], spread, row[SEEN], floor,
-            )  # fmt: skip
+            e = y - prediction
+            learn_variances(row[SEEN], square(e), variance, wide, task.tails, width, worth, gained, volume, scores)
+            regret_of(e, prediction, means, claims, task.unit, task.rate, regret, regrets, most)
         judge(task, row, y, mu, S, likely, evidence, squares, ratio, behind, scores, floor)
         learn_tails(task, row, tails, densities, y - mean, base)
         note(row, y)
@@ -456,4 +419,4 @@ def pass_over_averaging(task, rows, q, kept, out, state):
 @kernel
 def scratch_size(M):
     """Return how many numbers behind a state one sample needs, of so many forecasts."""
-    return 6 * M + 2 * BLENDS + VARIANCES + SCALES
+    return 5 * M + 3 + VARIANCES + SCALES

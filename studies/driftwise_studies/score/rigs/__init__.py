@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from . import loops, plants, unwritten
+from . import lasting, loops, plants, unwritten
 from .kinds import KINDS
 
-__all__ = ["KINDS", "draw", "loops", "plants", "unwritten"]
+__all__ = ["KINDS", "draw", "lasting", "loops", "plants", "unwritten"]
 
 
 def draw(name: str, seed: int, number: int):
