@@ -270,8 +270,10 @@ class Follower:
         waits = chosen is doubter and self.seen >= step.EARLIEST and np.max(far / part.sum(axis=1)) > 0.5
         if waits:
             kept.counts, kept.waiting = chosen.counts.copy(), (t, y, R)
-            wild = np.max(part[:, bank.WILD] / far)
-            kept.doubt = np.clip(wild, 1 - step.SUREST, step.SUREST)
+            wild = part[:, bank.WILD]
+            if np.linalg.norm(y - chosen.m) > self.speed * (t - self.time):
+                far = wild + step.MADE * (far - wild)
+            kept.doubt = np.clip(np.max(wild / far), 1 - step.SUREST, step.SUREST)
             before = {}
             chosen._tell(before, chosen.w)
         chosen._absorb(t, y)

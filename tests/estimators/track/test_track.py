@@ -145,6 +145,16 @@ def test_that_none_was_wild_for_long_is_no_reason_to_believe_the_first():
     assert believed < 20
 
 
+def test_what_no_object_of_the_class_could_do_is_not_followed():
+    """A boat seen every 2 s with errors of 1 m, one plot in twelve 25 m off: plots after those are expected as well."""
+    t, rng = 2.0 * np.arange(120), np.random.default_rng(3)
+    path = np.stack([3.0 * t, 1.0 * t], axis=1)
+    y, wild = path + rng.standard_normal(path.shape), np.arange(12, 120, 12)
+    y[wild] += 25.0 * np.stack([np.sin(wild), np.cos(wild)], axis=1)
+    trace = dw.TrackEstimator("boat").scan(t, y)
+    assert np.max(np.hypot(*(trace.prediction - path)[wild + 1].T)) < 5.0
+
+
 def test_a_plot_that_waits_is_saved():
     t, _, y = straight()
     y[40] += [2000.0, -1500.0]

@@ -13,11 +13,12 @@ import math
 from typing import NamedTuple
 
 from ...engine.dispatch import kernel, pass_over
-from ...engine.elementary import log
+from ...engine.elementary import log, square
 from ...engine.status import MISSING_OUTPUT, NOT_READY, OUTLIER, PROJECTED
 from . import bank, circle, judging, learning, linear, output, pole
 
 SUREST = 0.98  # of a plot that waits: how likely it is wild, at most, and how likely true
+MADE = 0.03  # by what it is less likely that a manoeuvre took an object farther off than its class goes in the time
 EARLIEST = 4.0  # plots before any is suspected
 STARTS, ENDS = 0.02, 0.1  # of a manoeuvre, per plot
 CLAIM = 10.0  # plots that a stated variance is worth
@@ -124,10 +125,11 @@ def absorb(task, row, C, T, d, y, unit, g, mean, S, A, B, w, told, parts, scores
 
 
 @kernel
-def suspect(row, C, d, y, R, parts, off, exact):
+def suspect(task, row, C, d, y, R, told, parts, off, exact):
     """Keep a plot that may be wild until the next one says whether it is; say whether this one may.
 
-    The first that leaves a cell whose size nobody knows is none: how far it goes says nothing.
+    The first that leaves a cell whose size nobody knows is none: how far it goes says nothing. What is farther off than
+    the class goes in the time was hardly a manoeuvre, unless such plots have been true before.
     """
     row[bank.SUSPECTED] = 0.0
     if row[bank.SEEN] < EARLIEST or not learning.outlying(C, parts) > 0.5:
@@ -136,12 +138,15 @@ def suspect(row, C, d, y, R, parts, off, exact):
     for c in range(C):
         if learning.shows_lattice(row, C, c, exact):
             return False
-    doubt = 0.0
+    doubt, off2 = 0.0, 0.0
     for c in range(C):
-        far = 0.0
-        for j in range(bank.TAILS):
-            far += parts[c * bank.TAILS + j] if bank.SCALES[j] > 10.0 else 0.0
-        part = parts[c * bank.TAILS + bank.WILD] / far if far > 0.0 else 1.0
+        off2 += square(y[c] - told[c])
+    possible = 1.0 if off2 <= square(task.fastest * d) else MADE
+    for c in range(C):
+        far, wild = 0.0, parts[c * bank.TAILS + bank.WILD]
+        for j in range(bank.WILD):
+            far += possible * parts[c * bank.TAILS + j] if bank.SCALES[j] > 10.0 else 0.0
+        part = wild / (wild + far) if far > 0.0 else 1.0
         doubt = max(doubt, part)
     row[bank.SUSPECTED], row[bank.DOUBT] = d, min(max(doubt, 1.0 - SUREST), SUREST)
     for c in range(C):
@@ -222,7 +227,7 @@ def advance(task, row, t, y, R, out, kept):
         T = foretell(task, row, C, d, R, unit, g, mean, S, F, A, B, w, told)
         output.tell(row, C, z, w, told, parts, spare if waiting else out)
     if is_seen:
-        waits = not is_true and suspect(other, C, d, z, R, parts, was, stated)
+        waits = not is_true and suspect(task, other, C, d, z, R, told, parts, was, stated)
         if waits:
             status += OUTLIER
             output.tell_state(task, row, C, T, w, unit, x, A, F, spare)
