@@ -12,7 +12,8 @@ from ..engine.errors import InputError
 from ..engine.saved import reading
 from ..estimators.track.estimator import TrackEstimator
 from .existence import SURE, Existence
-from .live import TENTATIVE, Event, Live, Plot
+from .live import PLOT, TENTATIVE, Event, Live, Plot
+from .places import FREE
 from .plots import Fault
 
 SCHEMA = 5  # 4: what is learnt of plots without keys; 5: how much sensors err by objects that move
@@ -75,8 +76,20 @@ def restore(kind, path):
         inbox.remember(facts["steps"])
         inbox.held = [(time, number, _plot(p)) for time, number, p in facts["held"]]
         inbox.strange = _plot(facts["strange"]) if facts["strange"] else None
+        _check_widths(tracker.estimator, arrays)
         _put_back(tracker.targets, facts, arrays)
         return tracker
+
+
+def _check_widths(estimator: TrackEstimator, arrays: dict[str, np.ndarray]) -> None:
+    """Refuse tables that a compiled loop would read beyond their ends."""
+    widths = {"states": estimator.start().nbytes // 8, "rows": PLOT + estimator.n_columns, "places": len(FREE)}
+    for name, width in widths.items():
+        table = arrays.get(name, np.empty((0, width)))
+        if table.dtype != np.float64 or table.shape[1:] != (width,):
+            raise InputError(
+                f"its {name} are {table.dtype} of shape {table.shape}, this version keeps {width} numbers each"
+            )
 
 
 def _upgraded(facts: dict[str, Any]) -> dict[str, Any]:
