@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from itertools import combinations_with_replacement, pairwise
+from itertools import combinations, pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -121,7 +121,9 @@ def looked_for(less: Response, kinds, group) -> list[Pair]:
     some = seen[np.unique(np.linspace(0, len(seen) - 1, PLACES).astype(int))]
     places = {way: seen if way[0] == LEVEL else some for way in kinds}  # the onset of a step is sharp
     ways, found = {way: directions(less, way, places[way]) for way in kinds}, []
-    for a, b in combinations_with_replacement(kinds, 2):
+    same = {one.what for one in group} if len(group) == 2 else set()  # a gain that goes and comes back is looked for
+    again = [(way, way) for way in same] if len(same) == 1 else []  # where it was found: moves that act late look so
+    for a, b in (*combinations(kinds, 2), *again):
         dates = places[a], places[b]
         coarse = Pair((a, b), dates, both(less, (a, b), dates, ways[a], ways[b]))
         first, second = (nearby(seen, known, one.at) for known, one in zip(dates, coarse.ones))
