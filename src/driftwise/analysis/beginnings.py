@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from .change_places import LEVEL, colourless, place, worth
-from .change_search import kinds, lines, wave
+from .change_places import LEVEL, colourless, kinds, place, worth
+from .change_search import lines, wave
 from .noise_jumps import LEAST, SURE
 from .onsets import abrupt
 from .response import Response

@@ -46,6 +46,11 @@ class Place(NamedTuple):
     middle: int
 
 
+def kinds(now: Response) -> list[tuple[str, int]]:
+    """Return what may change in a response: its level, and the gain of each input."""
+    return [(LEVEL, 0), *((GAIN, i) for i in range(len(now.b)))]
+
+
 def effects(now: Response, kind: str, i: int, places) -> list[np.ndarray]:
     """Return what a change at each of some samples does to y per unit, whitened, (places, rows) each.
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from .change_places import GAIN, LEVEL, LONG, NEAR, Place, colourless, located, place, standing, walk, worth
+from .change_places import LEVEL, LONG, NEAR, Place, colourless, kinds, located, place, standing, walk, worth
 from .noise_jumps import LEAST, PIECES, SURE, noisy
 from .onsets import abrupt
 from .pairs import joined
@@ -21,11 +21,6 @@ from .stretches import stretch
 HOPE = 3.0  # log odds from which a change is tried
 STEPS = 4  # by which the frequency of a line is sharpened
 EVEN = 6.0  # of the criterion: of changes no further apart, the surest is taken
-
-
-def kinds(now: Response) -> list[tuple[str, int]]:
-    """Return what may change in a response: its level, and the gain of each input."""
-    return [(LEVEL, 0), *((GAIN, i) for i in range(len(now.b)))]
 
 
 def searched(now: Response) -> Response:

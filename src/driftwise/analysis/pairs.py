@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .change_places import APART, GAIN, LEVEL, LONG, NEAR, NUMBERS, Place, effects
+from .change_places import APART, GAIN, LEVEL, LONG, NEAR, NUMBERS, Place, effects, kinds
 from .response import Response
 from .response_orders import cleaned
 
@@ -52,7 +52,7 @@ class Pair(NamedTuple):
 
     @property
     def worth(self) -> float:
-        """What they take, by what their numbers cost at each sample."""
+        """What they take there."""
         return float(self.taken.max())
 
 
@@ -80,8 +80,7 @@ def joined(now: Response) -> Response:
         if not set(group) <= set(changes(now)):
             continue
         less = without(now, group)
-        kinds = [(LEVEL, 0), *((GAIN, i) for i in range(len(now.b)))]
-        pairs = looked_for(less, kinds, group)
+        pairs = looked_for(less, group)
         n = len(less.rows)
         price = [sum(NUMBERS[kind] for kind, _ in pair.kinds) * 0.5 * math.log(n) for pair in pairs]
         likely = sorted(zip(pairs, price), key=lambda one: one[1] - one[0].worth)[:FITS]
@@ -112,18 +111,18 @@ def beside(now: Response, ones) -> Response:
     return now
 
 
-def looked_for(less: Response, kinds, group) -> list[Pair]:
+def looked_for(less: Response, group) -> list[Pair]:
     """Return the likeliest pair of each two kinds about the changes of a group, which ``less`` is without."""
     seen = np.flatnonzero(less.used)
     seen = seen[(seen > group[0].at - NEAR) & (seen < group[-1].at + NEAR)]
     if len(seen) < 4:
         return []
     some = seen[np.unique(np.linspace(0, len(seen) - 1, PLACES).astype(int))]
-    places = {way: seen if way[0] == LEVEL else some for way in kinds}  # the onset of a step is sharp
-    ways, found = {way: directions(less, way, places[way]) for way in kinds}, []
+    places = {way: seen if way[0] == LEVEL else some for way in kinds(less)}  # the onset of a step is sharp
+    ways, found = {way: directions(less, way, places[way]) for way in places}, []
     same = {one.what for one in group} if len(group) == 2 else set()  # a gain that goes and comes back is looked for
     again = [(way, way) for way in same] if len(same) == 1 else []  # where it was found: moves that act late look so
-    for a, b in (*combinations(kinds, 2), *again):
+    for a, b in (*combinations(places, 2), *again):
         dates = places[a], places[b]
         coarse = Pair((a, b), dates, both(less, (a, b), dates, ways[a], ways[b]))
         first, second = (nearby(seen, known, one.at) for known, one in zip(dates, coarse.ones))
