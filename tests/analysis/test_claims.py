@@ -130,6 +130,34 @@ def test_an_answer_whose_end_was_not_seen_has_no_gain_in_any_sentence(after, tmp
     assert re.search(r"Steady-state gain\s+not known\s+may integrate", page)
 
 
+def test_a_gain_that_is_not_known_falls_to_a_share_of_what_it_was(found):
+    """From one number to another, while no sentence dares to say the number, was no answer."""
+    from driftwise.analysis.change_log import Change, where_known
+    from driftwise.analysis.effects import UNKNOWN, Effect
+
+    change = Change(9, 9.0, (8, 9), (8.0, 9.0), 1e9, "the gain from u fell from 2 to 1", 0, "the gain from u halved")
+    known = Effect(1.0, 0.1, (0.8, 1.2), None, None)
+    assert where_known(change, (known,)) is change and where_known(change, ()) is change
+    assert where_known(change, (UNKNOWN,)).moved == "the gain from u halved"
+    assert where_known(change, (known._replace(interval=(0.1, 1.9)),)).moved == "the gain from u halved"
+
+
+def test_a_forecast_of_all_models_is_relied_on_where_the_likeliest_alone_is_not(found):
+    import dataclasses
+
+    poor = found.chosen._replace(rmse=2 * max(found.judged.values()))
+    text = dataclasses.replace(found, chosen=poor).claims[0].text
+    assert text.startswith("The forecast of all") and f"not so {poor.name}" in text and "last value" in text
+
+
+def test_no_gain_of_an_equation_whose_errors_are_not_white():
+    from driftwise.analysis.effects import Effect, Effects
+
+    found = Effects((Effect(1.0, 0.1, (0.8, 1.2), None, None),))
+    assert found.of[0].is_known and not found.unknown().of[0].is_known and not found.unknown().is_endless
+    assert found.unending().is_endless
+
+
 def test_a_gain_that_is_claimed_is_not_taken_back_by_another_sentence():
     """An ARX whose level wanders has a pole at one; the response beside a slow noise knows the gain all the same."""
     rng = np.random.default_rng(2)

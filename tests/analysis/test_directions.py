@@ -120,3 +120,16 @@ def test_a_slow_answer_measured_at_every_fifth_row_is_the_effect(seed):
     for columns in ({"a": y, "b": u}, {"a": u, "b": y}):
         table = settled(open_table(columns))
         assert columns[table.output] is y and not table.is_ambiguous
+
+
+def test_columns_that_are_as_likely_as_those_shown_are_named(tmp_path, call):
+    columns = np.random.default_rng(5).normal(size=(4, 400)).cumsum(axis=1)
+    path = tmp_path / "four.csv"
+    rows = [",".join(f"{x:.4f}" for x in row) for row in columns.T]
+    path.write_text("\n".join(["ch 1,ch 2,ch 3,ch 4", *rows, ""]))
+    code, out, _ = call("run", path)
+    assert (
+        code == QUESTION
+        and "whoever knows names it, with -o" in out
+        and "none of 'ch 3' and 'ch 4'" in " ".join(out.split())
+    )

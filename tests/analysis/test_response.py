@@ -68,6 +68,25 @@ def test_a_gain_that_bends_is_told_with_its_slopes_and_steps_are_no_jumps():
     assert seen.jumps() == [] and one.bend is not None and 3.0 < one.bend[0] < 4.2 < one.bend[1] < 6.5
 
 
+def test_a_gain_that_bends_is_the_mean_of_the_slopes_it_is_told_with():
+    """Rain is nothing at nine samples of ten: the slopes of where it mostly is are not those of which its gain is."""
+    rng = np.random.default_rng(3)
+    rain = np.where(rng.random(T) < 0.1, rng.exponential(1.0, T), 0.0)
+    y = clean(rain[:, None], shape=lambda x: x + 0.35 * x * abs(x)) + noise(6)
+    (one,) = of_response(hindsight(y, rain[:, None])).of
+    assert one.bend is not None and one.bend[0] < one.gain < one.bend[1]
+
+
+def test_a_plant_of_six_poles_that_ring_is_raised_to_as_many():
+    u, y, end = inputs(9, 1), np.zeros(T), 0.0
+    for tau, period, part in ((20, 7, 1.0), (12, 20, -0.5), (30, 3.3, 0.8)):
+        a = np.real(np.poly(np.exp(-1 / tau + 2j * np.pi / period * np.array([1, -1]))))
+        y, end = y + part * lfilter([0.0, a.sum()], a, u[:, 0]), end + part
+    seen = hindsight(y + 0.05 * np.random.default_rng(10).standard_normal(T), u)
+    (one,) = of_response(seen).of
+    assert len(seen.response.a) >= 6 and abs(one.gain - end) < 3 * one.std and one.std < 0.02
+
+
 def test_a_level_that_steps_at_the_sensor_is_found_beside_noise_of_the_plant():
     """In a difference equation it is a spike, which an outlier filter takes away, and a shelf."""
     u, after = inputs(7), np.arange(T) >= 700

@@ -33,7 +33,16 @@ def test_a_pole_that_a_zero_cancels_does_not_matter():
 def test_a_plant_that_swings_overshoots():
     p = 0.9 * np.exp(0.5j)
     (answer,) = step_responses(model([-2 * p.real, abs(p) ** 2, 0.1, 0.0], 2))
-    assert answer.overshoot > 0.3
+    assert answer.overshoot > 0.3 and answer.rebound == pytest.approx(answer.overshoot**2, rel=0.1) and answer.swings
+
+
+def test_a_direct_part_that_dies_out_overshoots_and_does_not_swing():
+    """Beside a pair that a model has for its noise, or for what inputs did between samples."""
+    p = 0.5 * np.exp(1.5j)
+    pair, lead = np.array([1, -2 * p.real, abs(p) ** 2]), np.array([1.0, -0.97])
+    a, b = np.convolve([1, -0.9], pair), 1.02 * np.convolve(lead, pair)
+    (answer,) = step_responses(model([*a[1:], *b[:3]], 3))
+    assert answer is None or not answer.swings
 
 
 def test_what_does_not_settle_has_no_end():

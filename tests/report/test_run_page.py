@@ -200,7 +200,8 @@ def test_wording():
     assert plus_minus(-1.694538, 0.02041) == "−1.695 ± 0.020"
     assert plus_minus(12345.678, 210.0) == "12346 ± 210"
     assert plus_minus(1.0, float("nan")).startswith("1 ±")
-    assert plus_minus(3.2e-12, 1.5e-13) == "3.2e-12 ± 1.5e-13"
+    assert plus_minus(3.2e-12, 1.5e-13) == "3.20e-12 ± 1.5e-13"
+    assert plus_minus(1.7602e-8, 2.5e-8) == "1.8e-08 ± 2.5e-08"
     assert interval(1.0, 0.1) == "0.80 … 1.20"
     assert number(-0.25) == "−0.25"
     assert fixed(99.54321, 1) == "99.5"

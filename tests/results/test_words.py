@@ -156,3 +156,11 @@ def test_a_frame_of_a_library_that_is_not_there(monkeypatch):
         ImportError, match=r"needs pandas: pip install driftwise\[frames\]; or take to_frame\('pyarrow'\)"
     ):
         trace.to_frame()
+
+
+def test_an_interval_has_the_unit_of_its_number():
+    """It was said as 22 h (19.7 h to 1.07 d)."""
+    table = dw.identify({"u": U, "y": Y}, dt=3600.0).table
+    assert table.lasting_between(79200.0, 70920.0, 92448.0) == ("22 h", "19.7 to 25.7 h")
+    table = dw.identify({"u": U, "y": Y}).table
+    assert table.lasting_between(1.0, 0.9, 1.2) == ("1 sample", "0.9 to 1.2 samples")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -26,6 +26,8 @@ class Change:
     times: tuple[float, float]  # of these
     odds: float
     moved: str
+    input: int = -1  # whose gain it was
+    share: str = ""  # what moved, as a share of what it was: where the gain itself is not known
 
     @property
     def what(self) -> str:
@@ -67,7 +69,8 @@ class ChangeLog:
         low, high = jump.interval
         self.last = Change(
             jump.at + first, float(time[jump.at]), (low + first, high + first), (float(time[low]), float(time[high])),
-            math.exp(min(jump.log_odds, 700.0)), moved(jump, self.inputs),
+            math.exp(min(jump.log_odds, 700.0)), moved(jump, self.inputs), jump.input if jump.kind == GAIN else -1,
+            moved(jump.as_factor(), self.inputs) if jump.kind == GAIN else "",
         )  # fmt: skip
         self.count += 1
         self.changes = surest([*self.changes, self.last])
@@ -85,6 +88,12 @@ def waits(y, u) -> np.ndarray:
     gap = len(y) / max(int(measured.sum()), 1)
     moves = np.count_nonzero(np.diff(u, axis=0) != 0, axis=0)
     return np.where(moves > 0.5 * measured.sum(), np.inf, gap)
+
+
+def where_known(change: Change, effects) -> Change:
+    """Return a change; of a gain that is not known itself, as a share of what it was."""
+    is_known = change.input < 0 or not effects or effects[change.input].is_known
+    return change if is_known else replace(change, moved=change.share)
 
 
 def surest(changes, most: int = MOST) -> list[Change]:

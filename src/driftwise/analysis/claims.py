@@ -17,8 +17,8 @@ from ..results.stable import is_integrator, swings
 from ..tables.table_words import column_claims, table_claims, taken_words
 from . import identification_words as say
 from .change_log import surest
+from .effects import is_known
 from .identifier import CLOSE
-from .step_response import OVERSHOOT
 
 FAST = 0.05  # a pole below that is over within a sample
 SHOWN = 3  # changes that are named, the surest
@@ -60,10 +60,13 @@ def plant_claims(found) -> Iterator[Claim]:
 def _useless(found) -> str:
     output, chosen = found.table.output, found.chosen
     name, error = _least(found.judged)
+    naive, least = _least(found.naive)
+    if error <= chosen.rmse and found.quoted.rmse < least and not found.is_alone:
+        together = found.quoted.rmse, naive, least
+        return say.together_words(chosen.name, len(found.rivals), chosen.rmse, name, error, *together)
     if error <= chosen.rmse:
         return say.no_model_words(output, name, error, len(found.rivals), min(rival.rmse for rival in found.rivals))
-    name, error = _least(found.naive)
-    return say.no_forecast_words(output, name, error, chosen.name if found.is_alone else "", found.quoted.rmse)
+    return say.no_forecast_words(output, naive, least, chosen.name if found.is_alone else "", found.quoted.rmse)
 
 
 def _least(errors: dict[str, float]) -> tuple[str, float]:
@@ -85,16 +88,15 @@ def _dynamics(found) -> Iterator[Claim]:
         return
     for name, effect in zip(table.inputs, effects.of):
         answer = effect.step
-        if _is_known(effect.interval) and answer is not None and _is_known(answer.interval) and answer.time > 0:
-            low, high = (table.dt * end for end in answer.interval)
-            time = table.dt * answer.time
-            text = say.step_words(name, table.lasting(time), f"{table.lasting(low)} to {table.lasting(high)}")
+        if effect.is_known and answer is not None and is_known(answer.interval) and answer.time > 0:
+            time, low, high = (table.dt * moment for moment in (answer.time, *answer.interval))
+            text = say.step_words(name, *table.lasting_between(time, low, high))
             if answer.interval[1] < 1:  # what a line from sample to sample says is no time
-                text, low, high = say.at_once_words(name, table.lasting(table.dt)), 0.0, table.dt
+                text, low, high = say.at_once_words(name, table.lasting(table.dt) if table.timed else ""), 0.0, table.dt
             yield Claim("time constant", name, text, time, (low, high))
     swing = effects.swing
-    is_seen = any(effect.step is not None and effect.step.overshoot > OVERSHOOT for effect in effects.of)
-    if is_seen and swing is not None and _is_known(swing.interval):
+    is_seen = any(effect.step is not None and effect.step.swings for effect in effects.of)
+    if is_seen and swing is not None and is_known(swing.interval):
         ends = tuple(table.dt * end for end in swing.interval)
         text = say.swing_words(table.lasting(table.dt * swing.period), table.lasting(table.dt * swing.time))
         yield Claim("pole", table.output, text, table.dt * swing.period, ends)
@@ -118,19 +120,13 @@ def _gains(found) -> Iterator[Claim]:
     """Claim the gains that are known to within half of them; of the others, that they are not."""
     open_ = []
     for name, effect in zip(found.table.inputs, found.effects.of):
-        if _is_known(effect.interval):
+        if effect.is_known:
             text = say.gain_sentence(effect.gain, effect.std, effect.interval, name, effect.bend, effect.is_open)
             yield Claim("gain", name, text, effect.gain, effect.interval)
         else:
             open_.append(name)
     if open_:
         yield Claim("gain", ", ".join(open_), say.no_gain_words(open_, found.effects.is_endless))
-
-
-def _is_known(ends) -> bool:
-    """Whether an interval is bounded, and no more than half of the number either side of it."""
-    low, high = ends
-    return bool(math.isfinite(high - low) and high - low <= abs(high + low) / 2)
 
 
 def change_claims(found) -> Iterator[Claim]:

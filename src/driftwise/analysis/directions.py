@@ -149,7 +149,7 @@ def settled(table: OpenTable, output=None, inputs=None, time=None, dt=None) -> T
     if shares[0] >= SURE / (1.0 + SURE):
         return tables[0]
     readings = tuple(Reading(one.output, one.inputs, one[one.output].why, share) for one, share in zip(tables, shares))
-    return replace(tables[0], alternatives=readings)
+    return replace(tables[0], alternatives=readings, rivals=found.rivals)
 
 
 def read_settled(data, output=None, inputs=None, time=None, chunk_rows=CHUNK_ROWS, head_rows=HEAD_ROWS, dt=None):
@@ -176,10 +176,11 @@ def _reading(table: OpenTable, found: Table, name: str, inputs, time, dt, by: di
     one = found if name == found.output else recognised(table, name, inputs, time, dt)
     others = [other for other in found.rivals if other != name][:2]
     back = " and ".join(f"{100 * by[other].share:.2g} %" for other in others)
-    why = (
-        f"the past of the others takes {100 * by[name].share:.2g} % off the error of predicting it, and "
-        f"{back} off that of {listed([repr(other) for other in others])}"
-    )
+    rest = listed([repr(other) for other in others])
+    why = f"the past of the others takes {100 * by[name].share:.2g} % off the error of predicting it, and "
+    why += f"{back} off that of {rest}"
+    if not any(by[one].share > 0 for one in (name, *others)):
+        why = f"nothing in its past, or in that of the others, tells it from {rest}"
     return _because(one, name, why, found.given)
 
 

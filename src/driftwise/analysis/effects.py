@@ -32,6 +32,11 @@ class Effect(NamedTuple):
     step: StepResponse | None
     is_open: bool = False  # whether it may bend as far as is known
 
+    @property
+    def is_known(self) -> bool:
+        """Whether the gain is known to within half of it."""
+        return is_known(self.interval)
+
     def held(self, wait: float) -> Effect:
         """Return the same where its input may have moved so many samples before it was seen to."""
         if not math.isfinite(wait):
@@ -40,6 +45,12 @@ class Effect(NamedTuple):
             return self
         low, high = self.step.interval
         return self._replace(step=self.step._replace(time=self.step.time + wait / 2, interval=(low, high + wait)))
+
+
+def is_known(ends) -> bool:
+    """Say whether an interval is bounded, and no more than half of the number either side of it."""
+    low, high = ends
+    return bool(math.isfinite(high - low) and high - low <= abs(high + low) / 2)
 
 
 UNKNOWN = Effect(math.nan, math.inf, (-math.inf, math.inf), None, None)
@@ -70,9 +81,13 @@ class Effects(NamedTuple):
         """
         return self._replace(of=tuple(effect.held(wait) for effect, wait in zip(self.of, waits)))
 
+    def unknown(self) -> Effects:
+        """Return the same of inputs that do nobody knows what."""
+        return self._replace(of=(UNKNOWN,) * len(self.of), swing=None)
+
     def unending(self) -> Effects:
         """Return the same of answers that have no end."""
-        return self._replace(of=(UNKNOWN,) * len(self.of), swing=None, is_endless=True)
+        return self.unknown()._replace(is_endless=True)
 
 
 def of_model(model, inputs: int, count: int) -> Effects:
@@ -204,11 +219,19 @@ def may_bend(now: Response, i: int) -> bool:
 
 
 def slopes(now: Response, i: int, w) -> list[float]:
-    """Return the slopes of a bent input between places from end to end of what it mostly did."""
+    """Return the slopes of a bent input between places from end to end of what it mostly did, or its gain is made of.
+
+    The slope of a straight line through all samples is the mean of the slopes at x, each weighed by how far all that
+    lies above x is from the middle: of a Gaussian input both are the same places, of rain few samples make the gain.
+    """
     x = now.record.u[:, i]
     order = np.argsort(x, kind="stable")
-    at = np.unique(np.quantile(x, np.linspace(*INNER, PLACES), method="nearest"))
-    value = w[order][np.searchsorted(x[order], at)]
+    line, parts = x[order], np.linspace(*INNER, PLACES)
+    above = np.cumsum((line - line.mean())[::-1])[::-1][1:] * np.diff(line)
+    mass = np.cumsum(np.maximum(above, 0.0))
+    made = line[1:][np.searchsorted(mass, parts * mass[-1])] if len(mass) and mass[-1] > 0 else line[:0]
+    at = np.unique(np.concatenate([np.quantile(line, parts, method="nearest"), made]))
+    value = w[order][np.searchsorted(line, at)]
     return [float(one) for one in np.diff(value) / np.diff(at)]
 
 

@@ -20,11 +20,12 @@ from ..results.stable import runs_away
 from ..results.summary import Summary
 from ..results.verdicts import Diagnosis
 from ..tables.recognise import Reading, Table
-from .change_log import Change, ChangeLog
+from .change_log import Change, ChangeLog, where_known
 from .claims import TABLE, claims
 from .diagnose import diagnose
 from .effects import Effects, of_model, of_response
 from .forecast_summary import ForecastSummary, Own
+from .forecast_verdicts import whiteness_verdict
 from .identifier import Identifier, Rival
 from .segmentation import Visible
 
@@ -289,7 +290,8 @@ class Finder:
     def effects(self) -> Effects:
         """Return what the inputs do: by the response in hindsight, or by the chosen model where that is much closer.
 
-        Between irregular rows nobody knows when an input moved.
+        Between irregular rows nobody knows when an input moved. Of a model whose errors are not white neither the
+        parameters nor their bars hold, so no gain is known, then.
         """
         if self.log.hindsight is not None:
             found = of_response(self.log.hindsight)
@@ -298,7 +300,9 @@ class Finder:
             useless = self.identifier.chosen.rmse >= min(self.identifier.naive.values())
             if useless or not found.error > WORSE * self.identifier.chosen.rmse:
                 return found
-        return of_model(self.estimator.model_of(self.summary.state), len(self.table.inputs), self.summary.observed)
+        found = of_model(self.estimator.model_of(self.summary.state), len(self.table.inputs), self.summary.observed)
+        white = whiteness_verdict(self.summary.whiteness, self.summary.observed)
+        return found if white.is_fine else found.unknown()
 
     def found(self, trace: ParameterTrace, forecast: AverageTrace, losses=()) -> Identification:
         """Return the answer; trace and forecast may be thinned out, ``losses`` is what could not be read."""
@@ -312,9 +316,11 @@ class Finder:
             effects = effects.unending()
         elif effects.of and effects.is_hindsight and not effects.is_endless:  # the whole record tells a pole from one
             rest = [v for v in rest if v.name != "stability"]
+        changes = [where_known(change, effects.of) for change in self.log.changes]
+        last = self.log.last and where_known(self.log.last, effects.of)
         return Identification(
-            self.table, trace, forecast, self.summary, self.forecast_summary, self.own_summary, self.log.changes,
+            self.table, trace, forecast, self.summary, self.forecast_summary, self.own_summary, changes,
             Diagnosis([*own, *rest]), self.identifier.rivals, self.identifier.chosen, naive, self.identifier.naive,
-            self.identifier.center, self.origin, self.log.count, self.log.last, tuple(losses),
+            self.identifier.center, self.origin, self.log.count, last, tuple(losses),
             effects, self.log.visible,
         )  # fmt: skip

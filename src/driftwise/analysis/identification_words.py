@@ -22,11 +22,24 @@ def no_model_words(output: str, name: str, error: float, count: int, best: float
     """Return that none of so many models is better than the naive forecast ``name``."""
     if error <= best:
         return (
-            f"None of {count} models predicts {output} better than its {name} ({error:.3g} off, rms): no model is told."
+            f"None of {count} models predicts {output} better than its {name} ({error:.3g} off, rms): none is to be "
+            "relied on."
         )
     return (
         f"No model of {output} can be relied on: the most likely is further off than its {name} ({error:.3g}, rms), "
         f"though one of {count} is not ({best:.3g})."
+    )
+
+
+def together_words(model: str, count: int, own: float, name: str, error: float, together, naive, least) -> str:
+    """Return that the forecast of all models is better than a naive one, and that of the likeliest model alone is not.
+
+    The model was compared with the naive forecast ``name`` in the samples by which models are chosen.
+    """
+    return (
+        f"The forecast of all {count} models together can be relied on, {together:.3g} off one step ahead (rms; the "
+        f"{naive} {least:.3g}); not so {model}, the most likely of them, alone: it was {own:.3g} off where models are "
+        f"compared, the {name} {error:.3g}."
     )
 
 
@@ -52,8 +65,9 @@ def step_words(name: str, time: str, interval: str) -> str:
 
 
 def at_once_words(name: str, step: str) -> str:
-    """Return that the answer to a step of an input is 63 % done before the next sample."""
-    return f"63 % of the answer to a step of {name} is done within the sampling time of {step}."
+    """Return that the answer to a step of an input is 63 % done before the next sample, ``step`` later if known."""
+    within = f"the sampling time of {step}" if step else "one sample"
+    return f"63 % of the answer to a step of {name} is done within {within}."
 
 
 def time_constant_words(tau: float, interval, table, is_pair: bool = False) -> str:

@@ -15,6 +15,7 @@ from .response import Response
 from .response_record import HUBER, Record
 
 ORDERS = (1, 2, 3)
+HIGHEST = 8  # order that a response is raised to at its end, while each is clearly likelier
 TIMES = (0.7, 2.0, 5.0, 12.0, 30.0, 80.0)  # samples, of real poles that are tried
 SWINGS = ((3.0, 8.0), (8.0, 16.0), (8.0, 36.0), (20.0, 40.0), (20.0, 84.0))  # time constant and period of pairs
 LATEST, PART = 64, 6  # samples of delay that are looked at, at most, and as a part of those measured
@@ -77,9 +78,28 @@ def raised(now: Response) -> Response | None:
     if "raised" in now.cache:
         return now.cache["raised"]
     plain, n = stripped(now), len(now.a) + 1
-    if n not in ORDERS or not is_enough(plain, n):
+    if n > HIGHEST or not is_enough(plain, n):
         return None
-    return fitted(plain, (plain, now), n, lags(n))
+    now.cache["raised"] = fitted(plain, (plain, now), n, lags(n))
+    return now.cache["raised"]
+
+
+def grown(now: Response) -> Response:
+    """Return the same of a higher order where that is clearly likelier, until two orders were in vain.
+
+    Changes are looked for beside an order of three at most; a plant of many modes needs more for its gains. Each order
+    is begun under white noise, too: the colour of the one below has part of what the inputs do.
+    """
+    found = [now]
+    while len(now.b) and any(now is one for one in found[-2:]) and (more := raised(found[-1])) is not None:
+        found.append(min(more, anew(more), key=lambda one: one.criterion))
+        now = likeliest(found)
+    return now
+
+
+def anew(now: Response) -> Response:
+    """Return the same, begun as if the noise was white."""
+    return replace(now, f=np.zeros(0), cache=now.of_mean()).refined().coloured().settled(2)
 
 
 def likeliest(found: list[Response]) -> Response:
@@ -196,9 +216,14 @@ def starts(last: Response, n: int) -> list[np.ndarray]:
     found = [np.concatenate([old, p]) for p in single[:-1]]
     if n == 2:
         return found + pairs
-    slowest = old[np.argsort(-abs(old))]
-    real = slowest[abs(slowest.imag) < 1e-9][:1].real
-    return found + [np.concatenate([real if len(real) else np.array([0.8]), p]) for p in pairs]
+    is_real = abs(old.imag) < 1e-9
+    kept = np.delete(old, np.flatnonzero(is_real)[np.argmin(abs(old[is_real]))]) if is_real.any() else lessened(old)
+    return found + [np.concatenate([kept, p]) for p in pairs]
+
+
+def lessened(poles) -> np.ndarray:
+    """Return pairs of poles with a real one in place of the fastest pair."""
+    return np.append(poles[np.argsort(-abs(poles), kind="stable")][:-2], 0.8)
 
 
 def tried_at(start: Response, poles, m: int) -> Response:

@@ -16,6 +16,7 @@ from .noise_jumps import LEAST, SURE, noises
 from .pairs import changes, together
 from .response import Response
 from .response_covariance import covariance, without_end
+from .response_orders import grown
 from .response_record import long_run, recorded
 
 EDGE, BESIDE = 6, 5.0  # part of a record that is its edge; log odds that chance may take
@@ -37,6 +38,11 @@ class Jump(NamedTuple):
     before: float
     after: float
     is_factor: bool = False
+
+    def as_factor(self) -> Jump:
+        """Return a gain's jump as a factor."""
+        after = self.after / self.before if self.before else math.inf
+        return self if self.is_factor else self._replace(before=1.0, after=after, is_factor=True)
 
 
 class Visible(NamedTuple):
@@ -71,10 +77,9 @@ class Hindsight(NamedTuple):
             j, factor = now.gains.index((i, since)), now.factor(i)
             gain = now.b[i].sum() / now.denominator.sum() * self.y_scale / self.u_scale[i]
             before, after = (float(gain * factor[k]) for k in (max(since - 1, 0), min(since, T - 1)))
-            if endless[i]:
-                before, after = 1.0, after / before if before else math.inf
             if where.log_odds > TOLD[GAIN] and is_sudden(now, "gains", j, where):
-                found.append(Jump(where.middle, where.interval, where.log_odds, GAIN, i, before, after, endless[i]))
+                told = Jump(where.middle, where.interval, where.log_odds, GAIN, i, before, after)
+                found.append(told.as_factor() if endless[i] else told)
         for jump in noises(now):
             sizes = jump.before * self.y_scale, jump.after * self.y_scale
             found.append(Jump(jump.at, jump.interval, jump.log_odds, NOISE, 0, *sizes))
@@ -133,4 +138,4 @@ def hindsight(y, *readings) -> Hindsight | None:
     least = [min((one.dated_criterion for one in found), default=math.inf) for found, _ in begun]
     found, units = begun[int(np.argmin(least))]
     searches = [searched(one) for one in found]
-    return Hindsight(min(searches, key=lambda one: one.dated_criterion), *units) if searches else None
+    return Hindsight(grown(min(searches, key=lambda one: one.dated_criterion)), *units) if searches else None

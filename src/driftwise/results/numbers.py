@@ -44,7 +44,10 @@ def plus_minus(value: float, std: float) -> str:
     '1.695 ± 0.020'
     """
     spec = _spec(value, std)
-    return _minus(f"{value:{spec}} \u00b1 {std:{spec if spec.endswith('f') else '.2g'}}")
+    if spec.endswith("f") or not (isfinite(value) and isfinite(std) and std > 0):
+        return _minus(f"{value:{spec}} \u00b1 {std:{spec if spec.endswith('f') else '.2g'}}")
+    digits = floor(log10(max(abs(value), std))) - floor(log10(std)) + 1  # as many after the point as std has two of
+    return _minus(f"{value:z.{digits}e} \u00b1 {std:.1e}")
 
 
 def interval(value: float, std: float) -> str:
@@ -171,10 +174,18 @@ def lasting(seconds: float, unit: str = SECONDS) -> str:
     """
     if unit != SECONDS:
         return f"{seconds:.3g} {unit}"
-    for name, size, least in (("a", 365.25 * 86400, 2), ("d", 86400, 1), ("h", 3600, 2), ("min", 60, 5)):
-        if seconds >= least * size:
-            return f"{seconds / size:.3g} {name}"
-    return f"{seconds:.3g} s"
+    name, size = usual_unit(seconds)
+    return f"{seconds / size:.3g} {name}"
+
+
+def usual_unit(seconds: float) -> tuple[str, float]:
+    """Return the unit one would use for a time span, and its seconds.
+
+    >>> usual_unit(1.8), usual_unit(7200)
+    (('s', 1), ('h', 3600))
+    """
+    units = ("a", 365.25 * 86400, 2), ("d", 86400, 1), ("h", 3600, 2), ("min", 60, 5)
+    return next(((name, size) for name, size, least in units if seconds >= least * size), ("s", 1))
 
 
 def instant(seconds: float, origin: str | None, unit: str = SECONDS) -> str:

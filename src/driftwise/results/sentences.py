@@ -13,7 +13,7 @@ from .whiteness import Nis, Whiteness
 
 SOMETHING = "parameters jumped"  # of a jump that names none
 NOTHING_JUMPED = "nothing jumped"
-CHANGES_UNKNOWN = "Whether anything jumped cannot be said: too few samples follow each other."
+CHANGES_UNKNOWN = "Whether anything jumped cannot be said: there are too few samples for that."
 COUNT_JUMPED = "{} jumped"  # series of a fleet
 SERIES_JUMPED, WHEN_JUMPED = "series that jumped", "When they jumped"  # an axis, and what stands above it
 NOTHING = "Nothing jumped, drifts or differs by more than chance explains."  # in a fleet

@@ -11,7 +11,7 @@ import numpy as np
 from driftwise.engine.errors import InputError
 
 from ..engine.validation import size
-from ..results.numbers import instant, lasting
+from ..results.numbers import instant, lasting, usual_unit
 from .cleaning import Belief, judged
 from .column_candidates import propose_inputs, propose_output
 from .column_roles import SCORES, SECONDS, Name, parse
@@ -118,7 +118,13 @@ class Table:
 
     def lasting(self, span: float) -> str:
         """Return a span of the clock as one would say it: in samples where its unit is not known."""
-        return lasting(span) if self.timed else f"{span / self.dt:.3g} samples"
+        said = lasting(span) if self.timed else f"{span / self.dt:.3g} samples"
+        return "1 sample" if said == "1 samples" else said
+
+    def lasting_between(self, span: float, low: float, high: float) -> tuple[str, str]:
+        """Return a span as `lasting` does and its interval in the same unit, which is said once."""
+        unit, size = usual_unit(span) if self.timed else ("samples", self.dt)
+        return self.lasting(span), f"{low / size:.3g} to {high / size:.3g} {unit}"
 
     def at(self, time: float, origin: str | None = None) -> str:
         """Return an instant of the clock as a phrase; ``origin`` is the time stamp of second 0."""

@@ -9,6 +9,7 @@ from ..results.numbers import count_of, lasting, listed
 from .sampling import LONGEST_GAP, RESTART_ROWS
 
 SHOWN = 3  # segments that a note lists
+MOST_LIKELY = 0.9  # of two readings together, below which a third is spoken of
 
 
 def words_of(table: Any) -> str:
@@ -71,6 +72,9 @@ def asked_words(table: Any, commands: list[str]) -> list[str]:
     lines = ["The columns can be read in more than one way, and nothing decides: nothing was estimated."]
     for count, (one, command) in enumerate(zip(table.alternatives, commands), 1):
         lines += [f"{count}. {reading_words(one)}, {_likely(one)}: {one.evidence}.", f"   {command}"]
+    rest = [repr(name) for name in table.rivals if name not in {one.output for one in table.alternatives}]
+    if rest and sum(one.share for one in table.alternatives) < MOST_LIKELY:
+        lines += [f"Nor is it known that the output is none of {listed(rest)}: whoever knows names it, with -o."]
     return [*lines, "Or let the likelier be taken: --take-best."]
 
 
