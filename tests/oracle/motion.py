@@ -348,9 +348,10 @@ class Follower:
     def _judge(self, y):
         known, unit, C = self.known, self.unit, self.C
         z2 = (y - self.mean[known]) ** 2 / self.S[known]
-        score = (-0.5 * np.log(self.S[known]) - 0.5 * (judging.FREEDOM + 1) * np.log1p(z2 / judging.FREEDOM)).sum(
-            axis=1
-        )
+        usual = -0.5 * (judging.FREEDOM + 1) * np.log1p(z2 / judging.FREEDOM)
+        louder = np.maximum(usual, judging.LOUDER - 0.5 * np.log(np.maximum(z2, 1.0)))  # all but the noise as expected
+        usual = np.where(usual < judging.LOUDER, louder, usual)
+        score = (usual - 0.5 * np.log(self.S[known])).sum(axis=1)
         likelihood = np.exp(score - score.max())
         # whether it manoeuvres: the members that see an acceleration beyond the gentle, against those that see none
         least, kalman = self.speed / judging.GENTLE, len(self.kalman)
@@ -386,6 +387,8 @@ class Follower:
         z2 = (y - self.mean) ** 2 / S
         pace = np.where(np.minimum(z2, self.surprise) > learning.LOUD, learning.AT_ONCE, pace)
         grow = np.ones_like(S) if early else 1 + (np.minimum(z2, most) - 1) * pace
+        if self.C == 2 and learning.FRESH < self.seen < learning.TRIED and (self.surprise < learning.CALM_BEFORE).all():
+            grow[(z2 < learning.CALM).all(axis=1)] = learning.EASED
         grow[~self.known] = 1.0
         for member, factor in zip(self.kalman, grow):
             member.correct(y, unit, g)

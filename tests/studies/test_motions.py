@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from driftwise_studies.score.motions import crowd, draw, patches, resampled, simulate
+from driftwise_studies.score.motions import crowd, draw, patches, resampled, simulate, wild_starts
 from driftwise_studies.score.motions.exact import exact, report
 from driftwise_studies.score.motions.field import Total, by_kind, by_trouble
 from driftwise_studies.score.motions.jets import alone, imm
@@ -65,6 +65,16 @@ def test_a_resampled_record_lies_on_lines_between_what_was_seen():
     y = simulate(scene(plots=300, resampled=0.5)).plots.position
     bend = np.hypot(*np.diff(y, n=2, axis=0).T) / np.hypot(*np.diff(y, axis=0)[1:].T)
     assert 0.2 < np.mean(bend < 1e-3) < 0.5  # both neighbours were drawn with it: some half squared, and a pause
+
+
+def test_a_wild_start_has_its_wild_plots_among_the_first_and_nowhere_else():
+    for number in range(6):
+        one = wild_starts.draw(0, number)._replace(missing=0.0)
+        made, usual = simulate(one), simulate(one._replace(early=0))
+        assert 1 <= made.wild.sum() == one.early <= wild_starts.MOST and not made.wild[10:].any()
+        assert np.array_equal(made.plots.position[~made.wild], usual.plots.position[~made.wild])
+        off = np.hypot(*(made.plots.position - usual.plots.position)[made.wild].T)
+        assert off.min() > 7.9 * one.sensors[0].deviation
 
 
 def test_a_second_sensor_is_off_by_its_offset():

@@ -1,6 +1,7 @@
 """What a track learns of its plots: their noise, the tails of its forecast, the lattice they lie on.
 
-noise        of each member and coordinate: c <- c + g (min(e^2/S, 9) - 1) c, above what no plot is
+noise        of each member and coordinate: c <- c + g (min(e^2/S, 9) - 1) c, above what no plot is; at a start that
+             was wild it falls at once where two plots are near what is expected
 variance     of a plot, from the second differences of the first twelve
 tails        a plot is shared out among the scales that may have made it
 lattice      a step that equals the one before it shows no error; the first that does not shows the lattice
@@ -15,6 +16,9 @@ from . import bank, circle, linear, pole
 
 MOST = 9.0  # that one e^2/S counts for the noise, unless the last was as large
 LOUD, AT_ONCE = 25.0, 0.5  # two such in a row are no accident: so much of the second the noise takes at once
+CALM, CALM_BEFORE = 0.15, 0.5  # e^2/S of both coordinates, and of the plot before: a noise scale is too large
+EASED = 0.7  # what such a plot leaves of it ..
+FRESH, TRIED = 3.0, 30.0  # .. beyond so many plots, and while so few are known that wild ones may have taught it
 FUZZ, EXACT = 0.01, 1e-9  # of a lattice's step, and of a step itself: what is no difference
 EQUAL, RULED = 1.0, 2.0  # a step, by the one before it
 BENT, ROUNDED = 3e-7, 1e-8  # 1/m, what a plane bends of a line of degrees; m, what numbers of this size round
@@ -193,10 +197,37 @@ def learn_tails(task, row, C, exact, parts):
 
 
 @kernel
-def follow(row, C, i, y, mean, S, share, least, scale, c):
+def was_calm(row, C, y):
+    """Say whether a plot may show that noise scales are too large: the one before was near its forecast.
+
+    It takes both coordinates, and a place that is not the last one again.
+    """
+    if C < 2 or not FRESH < row[bank.SEEN] < TRIED:
+        return False
+    for c in range(C):
+        if not row[bank.of_coordinate(C, bank.SURPRISE, c)] < CALM_BEFORE:
+            return False
+        if y[c] == row[bank.of_coordinate(C, bank.LAST, c)]:
+            return False
+    return True
+
+
+@kernel
+def is_calm(C, i, y, mean, S):
+    """Say whether a plot is much nearer to what member i expects than its noise would have it."""
+    for c in range(C):
+        if not square(y[c] - mean[i, c]) < CALM * S[i, c]:
+            return False
+    return True
+
+
+@kernel
+def follow(row, C, i, y, mean, S, calm, share, least, scale, c):
     """Return what the noise scale of member i, coordinate c, becomes, at least ``least``; no ``share``, as it was."""
     if share[c] == 0.0 or not math.isfinite(mean[i, c]):
         return scale
+    if calm and is_calm(C, i, y, mean, S):
+        return max(EASED * scale, least[c])
     z2 = square(y[c] - mean[i, c]) / S[i, c]
     last = row[bank.of_coordinate(C, bank.SURPRISE, c)]
     scale *= 1.0 + (min(z2, max(MOST, last)) - 1.0) * (AT_ONCE if min(z2, last) > LOUD else share[c])

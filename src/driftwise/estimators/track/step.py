@@ -19,7 +19,7 @@ from . import bank, circle, judging, learning, linear, output, pole
 
 SUREST = 0.98  # of a plot that waits: how likely it is wild, at most, and how likely true
 MADE = 0.03  # by what it is less likely that a manoeuvre took an object farther off than its class goes in the time
-EARLIEST = 4.0  # plots before any is suspected
+EARLIEST = 2.0  # plots before any is suspected
 STARTS, ENDS = 0.02, 0.1  # of a manoeuvre, per plot
 CLAIM = 10.0  # plots that a stated variance is worth
 TOLD_ABOVE, OVER_BELOW = 16.0, 4.0  # of what leads away: an onset, and when another may come
@@ -53,18 +53,20 @@ def correct_all(task, row, C, T, d, y, g, unit, mean, S, exact, A, B, w, share, 
     """Take the plot into every member; return 1 where a pole was held."""
     for c in range(C):
         g[c] *= learning.repeated(row, C, c, y)
+    calm = learning.was_calm(row, C, y)
     learning.prepare_to_follow(task, row, C, T, unit, exact, share, least)
     for i in range(bank.KALMAN):
         for c in range(C):
             at = bank.at_linear(C, i) + bank.LINEAR * c
             linear.correct(row, at, y[c] - row[at], g[c])
-            row[at + linear.SCALE] = learning.follow(row, C, i, y, mean, S, share, least, row[at + linear.SCALE], c)
+            before = row[at + linear.SCALE]
+            row[at + linear.SCALE] = learning.follow(row, C, i, y, mean, S, calm, share, least, before, c)
     k, held = bank.KALMAN, 0.0
     for i in range(bank.circles(C)):
         for c in range(C):
             scale = bank.at_circle(C, i) + bank.CIRCULAR + c
             circle.correct(row, C, i, c, T, y[c], g[c] * unit[c] * row[scale], A)
-            row[scale] = learning.follow(row, C, k, y, mean, S, share, least, row[scale], c)
+            row[scale] = learning.follow(row, C, k, y, mean, S, calm, share, least, row[scale], c)
         if d > circle.LOST * T or not circle.speed(row, C, i) < judging.MADDEST * task.fastest:
             circle.start_over(row, C, i, T, unit)  # where its slopes do not hold, and differences cancel
         k += 1
@@ -80,7 +82,7 @@ def correct_all(task, row, C, T, d, y, g, unit, mean, S, exact, A, B, w, share, 
                 (y[c] - row[bank.of_coordinate(C, bank.LAST, c)]) / d - row[bank.of_coordinate(C, bank.SPEED, c)]
             ) * T
             pole.measure(row, C, i, c, w[c], g[c] * unit[c] * row[scale] / (ahead * ahead), A)
-            row[scale] = learning.follow(row, C, k, y, mean, S, share, least, row[scale], c)
+            row[scale] = learning.follow(row, C, k, y, mean, S, calm, share, least, row[scale], c)
         held = max(held, pole.step(row, C, i, w, A, B))
         k += 1
     return held

@@ -68,6 +68,7 @@ class Scene(NamedTuple):
     uneven: float = 0.0  # share of a scan; 2: reports at 1, 3 and 10 scans
     heavy: bool = False
     stated: float = 0.0  # factor of the variance that is told; 0: none is
+    early: int = 0  # of the first ten plots that are wild
     resampled: float = 0.0  # share of the plots that were seen, the others lie on lines between those; 0: all were
 
     def __str__(self):

@@ -16,6 +16,7 @@ from .scene import Scene, Sensor
 STEPS = 8  # between two plots, at least
 WOBBLE = 0.02  # acceleration of what goes straight, of the least that its manoeuvres have
 WILDEST = 8.0, 100.0  # deviations
+EARLY = 10  # plots of a start
 LEAST_LEG = 4.0  # scans
 BRIDGED = 30  # plots of the longest pause that a publisher bridges, at most
 PLACE = 48.0, 11.0  # degrees, where he does
@@ -180,6 +181,9 @@ def seen(rng, scene: Scene, sensor: Sensor, k: int, time, path: Path, now: slice
     noise = rng.standard_t(3, (n, 2)) / np.sqrt(3) if scene.heavy else rng.standard_normal((n, 2))
     error = sd[:, None] * noise
     wild = (rng.random(n) < scene.wild) & (np.arange(n) > 2)
+    if scene.early:
+        early = np.random.default_rng([*scene.seed, 3, k])
+        wild[early.choice(min(EARLY, n), scene.early, replace=False)] = True
     way = rng.uniform(0, 2 * np.pi, n)
     direction = np.stack([np.sin(way), np.cos(way)], axis=1)
     speed = np.hypot(*path.velocity[then].T)
