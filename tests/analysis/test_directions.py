@@ -133,3 +133,28 @@ def test_columns_that_are_as_likely_as_those_shown_are_named(tmp_path, call):
         and "whoever knows names it, with -o" in out
         and "none of 'ch 3' and 'ch 4'" in " ".join(out.split())
     )
+
+
+@pytest.mark.parametrize(("samples", "delay"), [(400, 16), (700, 33)])
+def test_an_input_that_acts_later_than_the_first_look_goes_is_taken_and_a_column_beside_is_not(samples, delay):
+    y, u = plant(5, samples, delay, memory=0.0)
+    beside = np.random.default_rng(6).normal(size=samples)
+    table = settled(open_table({"a": y, "b": u, "c": beside}))
+    assert table.inputs == ("b",) and "No column drives it" not in table.words
+    assert table["b"].helps > 0.02 and table["c"].role == "spare"
+
+
+def test_an_input_of_few_rows_that_a_response_finds_is_taken():
+    """What says which column is the effect says what drives it, too."""
+    rng = np.random.default_rng(2)
+    u, y = rng.normal(size=420), np.zeros(420)
+    for k in range(2, 420):
+        y[k] = 1.9 * y[k - 1] - 0.905 * y[k - 2] + 0.01 * u[k - 2]
+    y = np.where(np.arange(420) % 7 == 0, y + 0.02 * rng.normal(size=420), np.nan)
+    table = settled(open_table({"a": y, "b": u}))
+    assert (table.output, table.inputs) == ("a", ("b",))
+
+
+def test_who_says_that_nothing_drives_it_is_believed():
+    y, u = plant(7, delay=20)
+    assert settled(open_table({"a": y, "b": u}), inputs=()).inputs == ()

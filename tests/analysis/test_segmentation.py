@@ -167,6 +167,20 @@ def test_what_jumped_while_nothing_was_measured_is_dated_between():
     assert (jump.kind, jump.at) == (LEVEL, 305) and jump.interval[0] <= 280 and jump.interval[1] >= 330
 
 
+@pytest.mark.parametrize("at", [430, 480])
+def test_a_gain_that_jumped_while_nothing_was_measured_is_dated_by_what_it_did_meanwhile(at):
+    """The plant has not forgotten it when the sensor comes back."""
+    rng = np.random.default_rng(3)
+    u, x = np.repeat(rng.choice([-1.0, 1.0], 90), 10), np.zeros(900)
+    for t in range(1, 900):
+        x[t] = 0.95 * x[t - 1] + 0.05 * (2.0 if t >= at else 1.0) * u[t - 1]
+    y = x + 0.005 * rng.standard_normal(900)
+    y[400:490] = np.nan
+    (jump,) = hindsight(y, u[:, None]).jumps()
+    assert jump.kind == GAIN and jump.interval[0] <= at <= jump.interval[1]
+    assert abs(jump.at - at) < 10
+
+
 @pytest.mark.parametrize("kind, colour", [(LEVEL, 0.0), (LEVEL, 0.8), (GAIN, 0.0), (GAIN, 0.8)])
 @pytest.mark.parametrize("missing", [[], [40, 41, 200]])
 def test_what_a_change_takes_is_that_of_least_squares_with_it_at_every_place(kind, colour, missing):

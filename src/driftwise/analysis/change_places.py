@@ -197,6 +197,16 @@ class Look(NamedTuple):
     finer: np.ndarray
 
 
+def onsets_of(now: Response, kind: str, low: int, high: int) -> np.ndarray:
+    """Return the samples from one to another at which a change may begin, each with effects of its own.
+
+    A level that steps while nothing is seen is as well a step at the next sample that is. A gain is not: what it did to
+    the plant meanwhile is seen afterwards. An onset may be no row: what whitens it was not measured.
+    """
+    every = np.arange(low, high + 1)
+    return every if kind == GAIN else every[now.used[low : high + 1]]
+
+
 def look_for(now: Response, kind: str, i: int, hint: int = -1) -> Look | None:
     """Return where a change might be; None where no place is left for one.
 
@@ -217,8 +227,7 @@ def _look_for(now: Response, kind: str, i: int, hint: int) -> Look | None:
         return None
     edge = min(LEAST, n // EDGE)
     low, high = int(rows[edge]), int(rows[n - edge])
-    seen = np.flatnonzero(now.used)  # an onset may be no row: what whitens it was not measured
-    seen = seen[(seen >= low) & (seen <= high)]
+    seen = onsets_of(now, kind, low, high)
     others = now.dates
     r = now.left * now.weight
     r = r - now.basis @ (now.basis.T @ r)

@@ -12,6 +12,7 @@ from ..engine.holding import held
 from ..results.numbers import listed
 from ..tables.autoread import Segments, recognised
 from ..tables.cleaning import judged
+from ..tables.column_candidates import MOST_INPUTS
 from ..tables.recognise import Reading, Table, worded
 from ..tables.table import CHUNK_ROWS, HEAD_ROWS, OpenTable, open_table
 from .response import Response
@@ -145,11 +146,51 @@ def settled(table: OpenTable, output=None, inputs=None, time=None, dt=None) -> T
         by |= {name: answering(clean, name) for name in order}
         order = sorted(rivals, key=lambda name: -max(by[name].nats, 0.0))  # nothing explained: as they stand
         shares = _shares([by[name] for name in order])
-    tables = [_reading(table, found, name, inputs, time, dt, by) for name in order[:2]]
+    tables = [_reading(table, found, name, inputs, time, dt, by, clean) for name in order[:2]]
     if shares[0] >= SURE / (1.0 + SURE):
         return tables[0]
     readings = tuple(Reading(one.output, one.inputs, one[one.output].why, share) for one, share in zip(tables, shares))
     return replace(tables[0], alternatives=readings, rivals=found.rivals)
+
+
+def later_causes(table: Table, clean: dict[str, Any]) -> dict[str, float]:
+    """Return columns that explain the output beside its inputs, and the share of each: what acts late, or on few rows.
+
+    The first look at a table goes some rows back (`tables.screening`); here the past is that of `explained`, and where
+    that has no rows, and no input was found, a response. One after the other, the likeliest first, at odds of `SURE`.
+    """
+    name, inputs = table.output, [one for one in table.inputs if one in clean]
+    spare = [one for one in clean if table[one].role == "spare"]
+    known = {one: np.asarray(clean[one], float)[:ROWS] for one in (name, *inputs, *spare)}
+    past, found = {one: _past(values) for one, values in known.items()}, dict[str, float]()
+    looks = [lambda names: _explained(known[name], name, {one: past[one] for one in names})]
+    if not inputs and len(spare) < FEW:
+        looks.append(lambda names: answering({one: clean[one] for one in names}, name))
+    for look in looks:
+        now = look([name, *inputs]) if inputs else Explained(0.0, 0.0)
+        while spare and math.isfinite(now.nats) and len(inputs) < MOST_INPUTS:
+            by = {one: look([name, *inputs, one]) for one in spare}
+            best = max(spare, key=lambda one: by[one].nats)
+            if not by[best].nats - max(now.nats, 0.0) > math.log(SURE):
+                break
+            found[best] = 1.0 - (1.0 - by[best].share) / (1.0 - now.share)  # beside the others
+            now, inputs = by[best], [*inputs, best]
+            spare.remove(best)
+        if inputs:
+            break
+    return found
+
+
+def driven(table: Table, more: dict[str, float]) -> Table:
+    """Return a table with more inputs, each with the share that its past helps by."""
+    if not more:
+        return table
+    columns = tuple(
+        replace(one, role="input", why=f"its past helps, {100 * more[one.name]:.2g} %", helps=more[one.name])
+        if one.name in more else one
+        for one in table.columns
+    )  # fmt: skip
+    return replace(table, columns=columns, inputs=tuple(one.name for one in columns if one.role == "input"))
 
 
 def read_settled(data, output=None, inputs=None, time=None, chunk_rows=CHUNK_ROWS, head_rows=HEAD_ROWS, dt=None):
@@ -171,9 +212,11 @@ def _shares(by: list[Explained]) -> list[float]:
     return [weight / sum(weights) for weight in weights]
 
 
-def _reading(table: OpenTable, found: Table, name: str, inputs, time, dt, by: dict[str, Explained]) -> Table:
+def _reading(table: OpenTable, found: Table, name: str, inputs, time, dt, by, clean) -> Table:
     """Return the table read with one column as its output, and why."""
     one = found if name == found.output else recognised(table, name, inputs, time, dt)
+    if inputs is None:
+        one = driven(one, later_causes(one, clean))
     others = [other for other in found.rivals if other != name][:2]
     back = " and ".join(f"{100 * by[other].share:.2g} %" for other in others)
     rest = listed([repr(other) for other in others])

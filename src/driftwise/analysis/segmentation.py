@@ -84,7 +84,7 @@ class Hindsight(NamedTuple):
             sizes = jump.before * self.y_scale, jump.after * self.y_scale
             found.append(Jump(jump.at, jump.interval, jump.log_odds, NOISE, 0, *sizes))
         seen = np.flatnonzero(np.isfinite(now.record.y))
-        return sorted(unseen(jump, seen) for jump in found)
+        return sorted(jump if jump.kind == GAIN else unseen(jump, seen) for jump in found)
 
     def visible(self) -> Visible | None:
         """Return the smallest jumps that would have been told; None where too few samples follow each other."""
