@@ -10,8 +10,9 @@ import math
 
 import numpy as np
 import scipy.linalg
+import scipy.stats
 
-from driftwise.estimators.track import bank, circle, judging, learning, pole, step
+from driftwise.estimators.track import bank, circle, judging, learning, legs, pole, step
 
 TINY = 1e-12  # no evidence is quite nothing
 
@@ -130,6 +131,96 @@ class Circle:
         return np.array([E, vE, omega * vN, N, vN, -omega * vE]), J @ self.P @ J.T
 
 
+class Legs:
+    """An interacting multiple model of motions at fixed turn rates: E + iN and its velocity, complex, in each."""
+
+    def __init__(self, fastest, unit, turn):
+        n, self.turn = len(bank.LEG_RATES), turn
+        self.share, self.scale, self.pi = np.array(bank.LEG_SHARES), np.ones(2), np.array(bank.LEG_SHARES)
+        self.x, self.P = np.zeros((n, 2), complex), np.zeros((n, 2, 2), complex)
+        self.P[:] = np.diag([np.mean(unit), fastest**2])  # half of E[x x*], which each coordinate has
+        self.ends = np.where(np.array(bank.LEG_RATES) == 0.0, legs.CALM, legs.LASTS)
+
+    def predict(self, d, T, unit, g):
+        ended = self.share * (1 - (1 - self.ends) ** (d / T))
+        stays, new = self.share - ended, self.pi * ended.sum()
+        x, P = self.moments(ended / ended.sum())
+        before, self.share = (self.x.copy(), self.P.copy()), stays + new
+        for j in range(len(new)):  # of those that stay and those that begin
+            a = np.array([stays[j], new[j]]) / self.share[j]
+            both, their = np.stack([before[0][j], x]), np.stack([before[1][j], P])
+            self.x[j] = a @ both
+            apart = both - self.x[j]
+            self.P[j] = np.einsum("k,kij->ij", a, their + 0.5 * apart[:, :, None] * apart[:, None].conj())
+        self.noise = self.intensity(T, unit)
+        for j, rate in enumerate(np.array(bank.LEG_RATES) / T):
+            turn = np.exp(-1j * rate * d)
+            F = np.array([[1.0, (1 - turn) / (1j * rate) if rate else d], [0.0, turn]])
+            self.x[j] = F @ self.x[j]
+            Q = self.noise[j] * np.array([[d**3 / 3, d**2 / 2], [d**2 / 2, d]])
+            self.P[j] = F @ self.P[j] @ F.conj().T + Q
+        x, _ = self.moments(self.share)
+        apart = self.x[:, 0] - x[0]
+        inner = self.share @ (self.P[:, 0, 0].real[:, None] + np.stack([apart.real, apart.imag], axis=1) ** 2)
+        size2, vague = self.share @ np.abs(self.x[:, 1]) ** 2, self.share @ self.P[:, 1, 1].real * 2
+        self.hides = size2 * T**2 <= np.mean(unit * self.scale) or size2 <= legs.KNOWN * vague
+        return np.array([x[0].real, x[0].imag]), inner + g * unit * self.scale
+
+    def moments(self, w):
+        """Return mean and half the covariance of a mixture of the legs."""
+        x = w @ self.x
+        apart = self.x - x
+        return x, np.einsum("k,kij->ij", w, self.P + 0.5 * apart[:, :, None] * apart[:, None].conj())
+
+    def intensity(self, T, unit):
+        """Return that of the white acceleration of each leg."""
+        white = np.array(bank.LEG_NOISES) * np.mean(unit * self.scale) / T**3
+        return white + legs.BETWEEN * np.abs(np.array(bank.LEG_RATES) * self.x[:, 1]) ** 2 / T
+
+    def correct(self, y, unit, g):
+        R = g * unit * self.scale
+        S, e = self.P[:, :1, 0].real + R, y - np.stack([self.x[:, 0].real, self.x[:, 0].imag], axis=1)
+        student = scipy.stats.multivariate_t(shape=np.eye(2), df=legs.FREEDOM)
+        w = self.share * student.pdf(e / np.sqrt(S)) / np.sqrt(S.prod(axis=1))
+        w = np.maximum(w / w.sum(), legs.FAINTEST)
+        self.share = w / w.sum()
+        self.z2 = self.share @ (e * e / S)
+        r = np.mean(R)
+        for j in range(len(w)):
+            K = self.P[j][:, 0] / (self.P[j, 0, 0] + r)
+            self.x[j] += K * (e[j, 0] + 1j * e[j, 1])
+            left = np.eye(2) - np.outer(K, [1.0, 0.0])
+            self.P[j] = left @ self.P[j] @ left.conj().T + r * np.outer(K, K.conj())
+
+    def accelerations(self, T):
+        return -1j * np.array(bank.LEG_RATES) / T * self.x[:, 1]
+
+    def acceleration(self, T, unit):
+        """Return that of the mixture; none where it is likelier to go straight on."""
+        self.period, a = T, self.accelerations(T)
+        mean = self.share @ a
+        return abs(mean) if abs(mean) ** 2 > self.share @ np.abs(a - mean) ** 2 else 0.0
+
+    def bends(self, unit):
+        a = self.accelerations(self.period)
+        mean = self.share @ a
+        return abs(mean) ** 2 > 4 * self.share @ np.abs(a - mean) ** 2
+
+    def state(self, T, unit):
+        """Return mean and covariance of E, vE, aE, N, vN, aN; the rate is that of the member whose rate walks."""
+        rate, x = self.turn.x[4], self.share @ self.x
+        x4 = np.array([x[0].real, x[1].real, x[0].imag, x[1].imag])
+        V = np.zeros((4, 4))
+        for w, z, half in zip(self.share, self.x, self.P):
+            e = np.array([z[0].real, z[1].real, z[0].imag, z[1].imag]) - x4
+            V += w * (np.block([[half.real, -half.imag], [half.imag, half.real]]) + np.outer(e, e))
+        J = np.array([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, rate], [0, 0, 1, 0], [0, 0, 0, 1], [0, -rate, 0, 0]])
+        vague = self.turn.P[4, 4] + self.share @ (np.array(bank.LEG_RATES) / T - rate) ** 2
+        slope = np.array([0, 0, x4[3], 0, 0, -x4[1]])
+        white = self.share @ np.array(bank.LEG_NOISES) * np.mean(unit * self.scale) / T**4
+        return J @ x4, J @ V @ J.T + vague * np.outer(slope, slope) + white * np.diag([0, 0, 1, 0, 0, 1])
+
+
 class Pole:
     """(1 - phi q) w = (1 - rho q)^2 nu with one phi for all coordinates: state (x2, x3) per coordinate and phi."""
 
@@ -216,6 +307,7 @@ class Follower:
         self.kalman = [Linear(2, a, q, d, self.speed, unit) for a, q in bank.STRAIGHT]
         self.kalman += [Linear(3, a, q, d, self.speed, unit) for a, q in bank.CURVED]
         self.kalman += [Circle(q, d, self.speed, unit) for q in bank.TURNS if self.C == 2]
+        self.kalman += [Legs(self.speed, unit, self.kalman[-1])] if self.C == 2 else []
         self.poles = None
         self.weight = np.full(len(self.kalman) + len(bank.RADII), self.doubt_of_others)
         self.weight[: len(bank.STRAIGHT)] = 0.0
@@ -307,8 +399,10 @@ class Follower:
             told += [m.predict(self.ahead, self.last, self.velocity, d, self.unit, self.g) for m in self.poles]
         known = np.arange(len(self.weight)) < len(told)
         mean, S = (np.full((len(self.weight), C), np.nan) for _ in range(2))
-        mean[known], S[known] = np.array(told).transpose(1, 0, 2)
+        mean[: len(told)], S[: len(told)] = np.array(told).transpose(1, 0, 2)
         first = len(self.kalman)
+        if C == 2:
+            known[first - 1] = not self.kalman[-1].hides
         known[first:] &= (np.abs(mean[first:] - self.last) < judging.MADDEST * self.speed * d).all(axis=1)
         self.known, self.mean, self.S = known, mean, S
         self.w = w = self._weights(known)
@@ -347,11 +441,14 @@ class Follower:
 
     def _judge(self, y):
         known, unit, C = self.known, self.unit, self.C
-        z2 = (y - self.mean[known]) ** 2 / self.S[known]
-        usual = -0.5 * (judging.FREEDOM + 1) * np.log1p(z2 / judging.FREEDOM)
-        louder = np.maximum(usual, judging.LOUDER - 0.5 * np.log(np.maximum(z2, 1.0)))  # all but the noise as expected
-        usual = np.where(usual < judging.LOUDER, louder, usual)
-        score = (usual - 0.5 * np.log(self.S[known])).sum(axis=1)
+        freedom = np.full((len(known), 1), judging.FREEDOM)
+        if C == 2:
+            freedom[len(self.kalman) - 1] = legs.FREEDOM
+        z2 = (y - self.mean) ** 2 / self.S
+        usual, louder = -0.5 * (freedom + 1) * np.log1p(z2 / freedom), judging.LOUDER - 0.5 * np.log(np.maximum(z2, 1))
+        usual = np.where(usual < judging.LOUDER, np.maximum(usual, louder), usual)
+        score = (usual - 0.5 * np.log(self.S)).sum(axis=1)
+        score = np.where(known, score, -np.inf)
         likelihood = np.exp(score - score.max())
         # whether it manoeuvres: the members that see an acceleration beyond the gentle, against those that see none
         least, kalman = self.speed / judging.GENTLE, len(self.kalman)
@@ -365,7 +462,8 @@ class Follower:
         before = before * (1 - step.ENDS) + (1 - before) * step.STARTS
         self.manoeuvre = before * moving / (before * moving + (1 - before) * calm)
         self.weight = self.forgetting * self.weight
-        self.weight[known] += self.rate * (score - score.max())
+        of_all = np.log(max(self.w @ np.exp(score - score.max()), 1e-300))  # who is silent goes with all others
+        self.weight += self.rate * np.where(known, score - score.max(), of_all)
         self.weight -= self.weight.max()
         if not self.is_early:
             parts = self._parts(y)[:, : bank.WILD]
@@ -384,20 +482,25 @@ class Follower:
             z = np.maximum(e * e / noise / g, 1e-8 * unit)
             self.log = self.log + (np.log(z) + learning.LOG_MEAN - self.log) / (self.seen - 1 + self.trust)
         pace, most = max(1 / self.noise, 1 / (self.seen + 3)), np.maximum(learning.MOST, self.surprise)
-        z2 = (y - self.mean) ** 2 / S
-        pace = np.where(np.minimum(z2, self.surprise) > learning.LOUD, learning.AT_ONCE, pace)
-        grow = np.ones_like(S) if early else 1 + (np.minimum(z2, most) - 1) * pace
-        if self.C == 2 and learning.FRESH < self.seen < learning.TRIED and (self.surprise < learning.CALM_BEFORE).all():
-            grow[(z2 < learning.CALM).all(axis=1)] = learning.EASED
-        grow[~self.known] = 1.0
-        for member, factor in zip(self.kalman, grow):
+
+        def grow(z2):
+            much = np.where(np.minimum(z2, self.surprise) > learning.LOUD, learning.AT_ONCE, pace)
+            calm = (z2 < learning.CALM).all(axis=-1, keepdims=True) & may_ease
+            return np.ones_like(z2) if early else np.where(calm, learning.EASED, 1 + (np.minimum(z2, most) - 1) * much)
+
+        may_ease = self.C == 2 and learning.FRESH < self.seen < learning.TRIED
+        may_ease = may_ease and (self.surprise < learning.CALM_BEFORE).all()
+
+        factors = grow((y - self.mean) ** 2 / S)
+        factors[~self.known] = 1.0
+        for member, factor in zip(self.kalman, factors):
             member.correct(y, unit, g)
-            member.scale = member.scale * factor
+            member.scale = member.scale * (grow(member.z2) if isinstance(member, Legs) else factor)
         if early:
             self.poles = [Pole(rho, unit) for rho in bank.RADII]
         else:
             w = (velocity - self.velocity) * self.period
-            for member, factor in zip(self.poles, grow[len(self.kalman) :]):
+            for member, factor in zip(self.poles, factors[len(self.kalman) :]):
                 member.correct(w, ahead, unit, g)
                 member.scale = member.scale * factor
         self.surprise = (y - self.m) ** 2 / np.diag(self.V)

@@ -88,6 +88,7 @@ def rows(estimator, found: np.ndarray) -> np.ndarray:
     What `AutoMemory` had learnt goes on: its filters, speeds, outliers. A trial that ran is begun again if need be. An
     average goes on from its weights by likelihood.
     """
+    found = estimator.carried_over(found)
     pieces = list(_pieces(estimator))
     for form in range(FORMER):
         if found.ndim and found.shape[-1] == sum(p.before[form] for p in pieces) != sum(p.now for p in pieces):
@@ -121,6 +122,7 @@ def table(estimator, found: np.ndarray, width: int) -> np.ndarray:
     from ..memory.auto import AutoMemoryKernel
     from ..memory.trial_state import COPIES
 
+    found = estimator.carried_table(found)
     if not any(isinstance(policy, AutoMemoryKernel) for policy in estimator.policies):
         return found
     if found.ndim != 2 or found.shape[1] != width - 3 * COPIES:

@@ -76,9 +76,18 @@ def restore(kind, path):
         inbox.remember(facts["steps"])
         inbox.held = [(time, number, _plot(p)) for time, number, p in facts["held"]]
         inbox.strange = _plot(facts["strange"]) if facts["strange"] else None
+        _carry_over(tracker.estimator, arrays)
         _check_widths(tracker.estimator, arrays)
         _put_back(tracker.targets, facts, arrays)
         return tracker
+
+
+def _carry_over(estimator: TrackEstimator, arrays: dict[str, np.ndarray]) -> None:
+    """Lay out states, and what was told of each plot, as this version does."""
+    if "states" in arrays:
+        arrays["states"] = estimator.carried_over(arrays["states"])
+        plots, told = np.split(arrays["rows"], [PLOT], axis=-1)
+        arrays["rows"] = np.concatenate([plots, estimator.carried_table(told)], axis=-1)
 
 
 def _check_widths(estimator: TrackEstimator, arrays: dict[str, np.ndarray]) -> None:

@@ -136,17 +136,17 @@ def test_a_turn_is_a_circle():
     rng = np.random.default_rng(2)
     for omega in (0.05, -0.2, 0.0):
         row = members(T, 250.0, unit)
-        at = bank.at_circle(2, 1)
-        circle.begin(row, 2, 1, bank.period(row), 250.0, unit)
+        at = bank.at_circle(2, 0)
+        circle.begin(row, 2, 0, bank.period(row), 250.0, unit)
         z = np.array([10.0, 120.0, -30.0, -160.0, omega])
         root = rng.standard_normal((5, 5)) * np.array([8.0, 3, 8, 3, 0.01])[:, None]
         before = root @ root.T
         upper = np.triu_indices(5)
         row[at : at + 5], row[at + circle.P : at + bank.CIRCULAR] = z, before[upper]
-        circle.predict(row, 2, 1, bank.period(row), d, unit, *np.zeros((3, 5, 5)))
+        circle.predict(row, 2, 0, bank.period(row), d, unit, *np.zeros((3, 5, 5)))
         h = np.array([1e-2, 1e-3, 1e-2, 1e-3, 1e-6])
         F = np.stack([(flow(z + h * e) - flow(z - h * e)) / (2 * h @ e) for e in np.eye(5)], axis=1)
-        q = bank.TURNS[1] * unit.mean() / T**3
+        q = bank.TURNS[0] * unit.mean() / T**3
         _, Q = van_loan(np.array([[0.0, 1], [0, 0]]), np.diag([0, q]), d)
         after = F @ before @ F.T + np.block(
             [[Q, np.zeros((2, 3))], [np.zeros((2, 2)), Q, np.zeros((2, 1))], [np.zeros((1, 4)), circle.RATE * d / T**3]]

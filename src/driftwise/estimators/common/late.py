@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-FORGOTTEN, HORIZON, KEPT, LATE, REFUSED = "forgotten", "horizon", "kept", "late", "refused"
+FORGOTTEN, HORIZON, KEPT, LATE, REFUSED = COUNTS = "forgotten", "horizon", "kept", "late", "refused"
 
 
 class LateBuffer(NamedTuple):
@@ -44,7 +44,7 @@ class LateBuffer(NamedTuple):
     @property
     def dtype(self) -> np.dtype:
         """The type of its state: plain numbers."""
-        counts = [(name, float) for name in (FORGOTTEN, HORIZON, KEPT, LATE, REFUSED)]
+        counts = [(name, float) for name in COUNTS]
         before = [("before", float, (self.samples, self.width)), ("sample", float, (self.samples, self.numbers))]
         return np.dtype([*counts, ("row", float, (self.width,)), *before])
 

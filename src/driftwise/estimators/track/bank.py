@@ -22,13 +22,20 @@ STRAIGHT = (
     (10.0, 1e5),
 )
 # of an acceleration forgotten at rate alpha, under white jerk of intensity j: alpha T, j T^5 / r
-CURVED = ((0.0, 1.0), (0.2, 1e-2), (0.2, 1.0), (0.2, 100.0))
+CURVED = ((0.0, 1.0), (0.2, 100.0))
 # of a coordinated turn: q T^3 / r
-TURNS = (1e-3, 0.1)
+TURNS = (0.1,)
+# of the legs of one that goes by legs: angle turned between two plots, to the right, each rate twice the one before;
+# q T^3 / r; how often one of those that begin is this
+RATES = tuple(2.0**k for k in range(-5, 1))
+LEG_RATES = (0.0, 0.0, *RATES, *(-rate for rate in RATES))
+LEG_NOISES = (1e-3, 0.1, *(1e-3 for _ in RATES), *(1e-3 for _ in RATES))
+LEG_SHARES = (0.25, 0.25, *(0.25 / len(RATES) for _ in RATES), *(0.25 / len(RATES) for _ in RATES))
 # of the manoeuvre pole, learnt: radius rho of C(q) = (1 - rho q)^2
-RADII = (0.2, 0.4, 0.6, 0.75, 0.87)
+RADII = (0.2, 0.6, 0.87)
 
 LINES, CURVES, CIRCLES, POLES = len(STRAIGHT), len(CURVED), len(TURNS), len(RADII)
+LEGS, TURNING = len(LEG_RATES), len(RATES)
 KALMAN = LINES + CURVES
 
 SEEN, TIME, PERIOD, GAP, MANOEUVRE, ALERT, TRUST, SUSPECTED, DOUBT, LEAD = range(10)  # of the head of a row
@@ -39,6 +46,7 @@ WILD = TAILS - 1
 COUNTED = (*SCALES[:WILD], 9.0)  # .. and what each counts in the variance: how far a wild plot is off says nothing
 LINEAR = 10  # per coordinate: position, velocity, acceleration; upper triangle of their covariance; noise scale
 CIRCULAR = 5 + 15  # E, vE, N, vN, omega T and their covariance
+LEG = 9  # share; E, vE, N, vN; of a coordinate the variance of p, E[p v*] as real and imaginary part, variance of v
 CROSS, SPREADING, MANOEUVRING, ONSET, TURN, TURN_SD, POLE, POLE_SD, STATUS = range(9)  # told of a plot
 
 
@@ -47,6 +55,7 @@ def names(C) -> tuple[str, ...]:
     names = [f"wandering, {q:g}" if a else f"constant velocity, {q:g}" for a, q in STRAIGHT]
     names += [f"Singer, {j:g}" if a else f"constant acceleration, {j:g}" for a, j in CURVED]
     names += [f"turn, {q:g}" for q in TURNS[: circles(C)]]
+    names += ["legs"] * legged(C)
     return (*names, *(f"manoeuvre pole, {rho:g}" for rho in RADII))
 
 
@@ -57,9 +66,27 @@ def circles(C):
 
 
 @kernel
+def legged(C):
+    """Return how many members go by legs: one, in a plane."""
+    return 1 if C == 2 else 0
+
+
+@kernel
+def moving(C):
+    """Return how many members have a state: all but those with a learnt pole."""
+    return KALMAN + circles(C) + legged(C)
+
+
+@kernel
+def goes_by_legs(C, i):
+    """Say whether member i is the one that goes by legs."""
+    return legged(C) > 0 and i == KALMAN + circles(C)
+
+
+@kernel
 def members(C):
     """Return how many members there are."""
-    return KALMAN + circles(C) + POLES
+    return moving(C) + POLES
 
 
 @kernel
@@ -72,6 +99,12 @@ def triangle(n):
 def pole_size(C):
     """Return the numbers of a member with a manoeuvre pole: two states a coordinate, the pole, covariance, scales."""
     return 2 * C + 1 + triangle(2 * C + 1) + C
+
+
+@kernel
+def legs_size(C):
+    """Return the numbers of all legs: each number of all, one after the other, then a noise scale a coordinate."""
+    return (LEG * LEGS + C) * legged(C)
 
 
 @kernel
@@ -109,6 +142,7 @@ TRACK = Layout(
         "each that is linear, a coordinate after the other: state, covariance, scale",
     ),
     Field("circle", ("circles(C)", "circle_size(C)"), "each that turns: state, covariance, scales"),
+    Field("legs", ("legs_size(C)",), "share of each leg, then its mean and covariance, number by number; noise scales"),
     Field("pole", ("POLES", "pole_size(C)"), "each with a manoeuvre pole: state, covariance, scales"),
     given=("C",),
     EACH=EACH,
@@ -119,6 +153,7 @@ TRACK = Layout(
     members=members,
     circles=circles,
     circle_size=circle_size,
+    legs_size=legs_size,
     pole_size=pole_size,
 )
 TRACK_SAMPLE = Layout(
@@ -166,6 +201,12 @@ def at_linear(C, i):
 def at_circle(C, i):
     """Return where the i-th member that turns starts."""
     return row_at(C).circle + i * circle_size(C)
+
+
+@kernel
+def at_legs(C):
+    """Return where the legs start."""
+    return row_at(C).legs
 
 
 @kernel

@@ -9,10 +9,10 @@ import math
 
 from ...engine.dispatch import kernel
 from ...engine.elementary import exp, log, log1p, square
-from . import bank, circle, learning, linear, pole
+from . import bank, circle, learning, legs, linear, pole
 
-FREEDOM = 6.0  # of the Student-t by which bank.members are judged
-LOUDER = -15.0  # log probability that all is as expected but the noise, which is as large as it seems
+FREEDOM = 6.0  # of the Student-t by which members are judged
+LOUDER = -10.0  # log probability that all is as expected but the noise, which is as large as it seems
 GENTLE = 250.0  # s, from rest to the speed of the class: an acceleration that is no manoeuvre
 PLAIN = 3  # the member of constant velocity from which a manoeuvre leads away
 FRESH = 0.4  # of the mean of its innovations, what the last one counts
@@ -36,6 +36,13 @@ def foresee(row, C, T, d, fastest, unit, g, mean, S):
             at = bank.at_circle(C, i)
             mean[k, c] = row[at + 2 * c]
             S[k, c] = row[at + circle.P + (0 if c == 0 else 9)] + g[c] * unit[c] * row[at + bank.CIRCULAR + c]
+        k += 1
+    if C == 2:
+        for c in range(C):
+            m, s = legs.expect(row, C, c)
+            mean[k, c], S[k, c] = m, s + g[c] * unit[c] * row[bank.at_legs(C) + legs.SCALE + c]
+        if legs.are_hidden(row, C, T, unit):
+            mean[k, 0] = math.nan
         k += 1
     for i in range(bank.POLES):
         n = pole.size(C)
@@ -93,11 +100,14 @@ def moves(task, row, C, i, T, unit):
         at = bank.at_circle(C, i - bank.KALMAN)
         size2 = square(row[at + 4]) * (square(row[at + 1]) + square(row[at + 3]))
         return 1 if size2 > least * least else 0
+    if i < bank.moving(C):
+        size2, apart2 = legs.acceleration(row, C, T)
+        return 1 if size2 > max(least * least, apart2) else 0  # and likelier on a turn than straight on
     return -1
 
 
 @kernel
-def bends(row, C, i, unit):
+def bends(row, C, i, T, unit):
     """Whether a member's acceleration is beyond twice its standard deviation."""
     if i < bank.LINES:
         return False
@@ -108,6 +118,9 @@ def bends(row, C, i, unit):
             size2 += square(row[at + 2])
             variance += row[at + linear.P + 5] * unit[c] * row[at + linear.SCALE]
         return size2 > 4.0 * variance
+    if bank.goes_by_legs(C, i):
+        size2, apart2 = legs.acceleration(row, C, T)
+        return size2 > 4.0 * apart2
     at = bank.at_circle(C, i - bank.KALMAN)
     return square(row[at + 4]) > 4.0 * row[at + circle.P + circle.index(4, 4)]
 
@@ -121,12 +134,19 @@ def judge(task, row, C, T, y, unit, w, mean, S, exact, scores):
         for c in range(C):
             if math.isfinite(mean[i, c]) and not learning.shows_lattice(row, C, c, exact):
                 z2 = square(y[c] - mean[i, c]) / S[i, c]
-                usual = -0.5 * (FREEDOM + 1.0) * log1p(z2 / FREEDOM)
+                freedom = legs.FREEDOM if bank.goes_by_legs(C, i) else FREEDOM
+                usual = -0.5 * (freedom + 1.0) * log1p(z2 / freedom)
                 if usual < LOUDER:
                     usual = max(usual, LOUDER - 0.5 * log(max(z2, 1.0)))
                 scores[i] += usual - 0.5 * log(S[i, c])
         if math.isfinite(mean[i, 0]):
             top = max(top, scores[i])
+    of_all = 0.0
+    for i in range(M):  # who had no opinion is believed as much as all others together (Freund et al. 1997)
+        of_all += w[i] * exp(scores[i] - top) if math.isfinite(mean[i, 0]) else 0.0
+    silent = top + log(max(of_all, 1e-300))
+    for i in range(M):
+        scores[i] = scores[i] if math.isfinite(mean[i, 0]) else silent
     tiny = 1e-12
     quiet, still, moving, alive, bent = tiny, tiny, tiny, tiny, tiny
     for i in range(M):
@@ -137,7 +157,7 @@ def judge(task, row, C, T, y, unit, w, mean, S, exact, scores):
         elif how == 1:
             moving += w[i] * exp(scores[i] - top)
             alive += w[i]
-            bent += w[i] if bends(row, C, i, unit) else 0.0
+            bent += w[i] if bends(row, C, i, T, unit) else 0.0
     so_far = max(row[bank.MANOEUVRE], (2.0 * bent - alive - still) / (alive + still))
     before = so_far * (1.0 - task.ends) + (1.0 - so_far) * task.starts
     moving += tiny * (quiet / still - 1.0)  # where none sees a manoeuvre the plot is no evidence of one
@@ -145,10 +165,7 @@ def judge(task, row, C, T, y, unit, w, mean, S, exact, scores):
     row[bank.MANOEUVRE] = moving / (moving + quiet)
     at = bank.row_at(C).weights
     for i in range(M):
-        if math.isfinite(mean[i, 0]):
-            row[at + i] = task.forgetting * row[at + i] + task.rate * (scores[i] - top)
-        else:
-            row[at + i] *= task.forgetting
+        row[at + i] = task.forgetting * row[at + i] + task.rate * (scores[i] - top)
         best = max(best, row[at + i])
     for i in range(M):
         row[at + i] -= best

@@ -11,7 +11,8 @@ from ...engine import validation
 from ...engine.errors import InputError
 from ...engine.portable import Portable
 from ...results.snapshot import register
-from ..common.late import LateBuffer
+from ..common.late import COUNTS, LateBuffer
+from . import former
 from .estimator import TrackEstimator, TrackStep
 
 
@@ -72,6 +73,16 @@ class LatePlots(Portable):
     def dtype(self) -> np.dtype:
         """The type of a state."""
         return self.buffer.dtype
+
+    def carried_over(self, rows) -> np.ndarray:
+        """Return rows of states, whose estimator's are of a former layout, as they are laid out now."""
+        was, counts = former.size(self.estimator.coordinates), len(COUNTS)
+        end = counts + (1 + self.plots) * was
+        if not rows.ndim or rows.shape[-1] != end + self.plots * self.buffer.numbers:
+            return rows
+        kept = self.estimator.carried_over(rows[..., counts:end].reshape(*rows.shape[:-1], 1 + self.plots, was))
+        kept = kept.reshape(*rows.shape[:-1], -1)
+        return np.concatenate([rows[..., :counts], kept, rows[..., end:]], axis=-1)
 
     def start(self) -> np.ndarray:
         """Return a fresh state."""

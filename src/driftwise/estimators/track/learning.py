@@ -12,7 +12,7 @@ import math
 
 from ...engine.dispatch import kernel
 from ...engine.elementary import exp, log, square
-from . import bank, circle, linear, pole
+from . import bank, circle, legs, linear, pole
 
 MOST = 9.0  # that one e^2/S counts for the noise, unless the last was as large
 LOUD, AT_ONCE = 25.0, 0.5  # two such in a row are no accident: so much of the second the noise takes at once
@@ -82,6 +82,8 @@ def start_members(task, row, d, C, unit):
     linear.begin(row, C, T, task.fastest, unit)
     for i in range(bank.circles(C)):
         circle.begin(row, C, i, T, task.fastest, unit)
+    if C == 2:
+        legs.begin(row, C, task.fastest, unit)
 
 
 @kernel
@@ -228,7 +230,22 @@ def follow(row, C, i, y, mean, S, calm, share, least, scale, c):
         return scale
     if calm and is_calm(C, i, y, mean, S):
         return max(EASED * scale, least[c])
-    z2 = square(y[c] - mean[i, c]) / S[i, c]
+    return grown(row, C, square(y[c] - mean[i, c]) / S[i, c], share, least, scale, c)
+
+
+@kernel
+def follow_legs(row, C, z2, calm, share, least, scale, c):
+    """Return the same of the member that goes by legs: ``z2`` (C,) are squared deviations by what legs seem since."""
+    if share[c] == 0.0:
+        return scale
+    if calm and z2[0] < CALM and z2[1] < CALM:
+        return max(EASED * scale, least[c])
+    return grown(row, C, z2[c], share, least, scale, c)
+
+
+@kernel
+def grown(row, C, z2, share, least, scale, c):
+    """Return a noise scale after an error of so many squared deviations."""
     last = row[bank.of_coordinate(C, bank.SURPRISE, c)]
     scale *= 1.0 + (min(z2, max(MOST, last)) - 1.0) * (AT_ONCE if min(z2, last) > LOUD else share[c])
     return max(scale, least[c])

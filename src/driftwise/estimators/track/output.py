@@ -7,7 +7,7 @@ from ...engine.elementary import log, square
 from ...engine.elementary.complementary import erfc_both
 from ...engine.normal import density
 from ...engine.status import NOT_READY
-from . import bank, circle, learning, linear, pole
+from . import bank, circle, learning, legs, linear, pole
 
 
 @kernel
@@ -87,7 +87,9 @@ def member_state(row, C, i, T, unit, x, V):
 
     Members that are linear leave what links two coordinates, which is zero, as it is: `clear` it before the first.
     """
-    if i >= bank.KALMAN:
+    if bank.goes_by_legs(C, i):
+        legs.member_state(row, C, T, unit, x, V)
+    elif i >= bank.KALMAN:
         circle.member_state(row, C, i - bank.KALMAN, x, V)
     else:
         for c in range(C):
@@ -114,7 +116,7 @@ def tell_state(task, row, C, T, w, unit, x, V, total, out):
         mean[j] = 0.0
     clear(V, n)
     clear(total, n)
-    for i in range(bank.KALMAN + bank.circles(C)):
+    for i in range(bank.moving(C)):
         if w[i] > 0.0:
             before, share = share, share + w[i]
             old, new = before / share, w[i] / share
@@ -197,7 +199,7 @@ def turn_slope(j, omega, vE, aE, vN, aN, v2):
 @kernel
 def tell_pole(row, C, w, out):
     """Write the manoeuvre pole and its standard deviation; NaN before the third plot."""
-    first, share, mean, size2 = bank.KALMAN + bank.circles(C), 0.0, 0.0, 0.0
+    first, share, mean, size2 = bank.moving(C), 0.0, 0.0, 0.0
     n = pole.size(C)
     for i in range(bank.POLES):
         share += w[first + i]

@@ -13,7 +13,7 @@ Remembering = NamedTuple("Remembering", [*step.Tracking.__annotations__.items(),
 @kernel
 def told(C):
     """Return how many members have a state: all but those with a learnt pole."""
-    return bank.KALMAN + bank.circles(C)
+    return bank.moving(C)
 
 
 @kernel

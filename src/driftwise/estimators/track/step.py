@@ -15,7 +15,7 @@ from typing import NamedTuple
 from ...engine.dispatch import kernel, pass_over
 from ...engine.elementary import log, square
 from ...engine.status import MISSING_OUTPUT, NOT_READY, OUTLIER, PROJECTED
-from . import bank, circle, judging, learning, linear, output, pole
+from . import bank, circle, judging, learning, legs, linear, output, pole
 
 SUREST = 0.98  # of a plot that waits: how likely it is wild, at most, and how likely true
 MADE = 0.03  # by what it is less likely that a manoeuvre took an object farther off than its class goes in the time
@@ -46,6 +46,8 @@ def predict_all(row, C, T, d, unit, F, A, B):
     linear.predict_all(row, C, T, d)
     for i in range(bank.circles(C)):
         circle.predict(row, C, i, T, d, unit, F, A, B)
+    if C == 2:
+        legs.predict(row, C, T, d, unit, A[0])
 
 
 @kernel
@@ -69,6 +71,12 @@ def correct_all(task, row, C, T, d, y, g, unit, mean, S, exact, A, B, w, share, 
             row[scale] = learning.follow(row, C, k, y, mean, S, calm, share, least, row[scale], c)
         if d > circle.LOST * T or not circle.speed(row, C, i) < judging.MADDEST * task.fastest:
             circle.start_over(row, C, i, T, unit)  # where its slopes do not hold, and differences cancel
+        k += 1
+    if C == 2:
+        legs.correct(row, C, y, g, unit, w, A[0])
+        for c in range(C):
+            scale = bank.at_legs(C) + legs.SCALE + c
+            row[scale] = learning.follow_legs(row, C, w, calm, share, least, row[scale], c)
         k += 1
     for i in range(bank.POLES):
         if row[bank.SEEN] < 2.0:

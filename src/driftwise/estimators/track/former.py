@@ -1,0 +1,78 @@
+"""Rows and tables of tracks as they were before one of the members went by legs: what was learnt goes on.
+
+Members that are none any more are left out. Those that are keep their state; legs begin from the turn that stays.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from . import bank, circle, legs
+
+LINEAR, KEPT_LINEAR = 13, (*range(10), 12)  # members there were, and those that stay
+CIRCLES, KEPT_CIRCLE = 2, 1
+POLES, KEPT_POLES = 5, (0, 2, 4)
+
+
+def members(C: int) -> int:
+    """Return how many members there were."""
+    return LINEAR + (CIRCLES if C == 2 else 0) + POLES
+
+
+def size(C: int) -> int:
+    """Return how many numbers a row had."""
+    circular = CIRCLES * bank.circle_size(C) if C == 2 else 0
+    return bank.row_at(C).weights + members(C) + LINEAR * bank.LINEAR * C + circular + POLES * bank.pole_size(C)
+
+
+def rows(C: int, found: np.ndarray) -> np.ndarray:
+    """Return rows of states, (.., numbers), with today's members; those of any other size as they are."""
+    if not found.ndim or found.shape[-1] != size(C):
+        return found
+    ends = np.cumsum([bank.row_at(C).weights, members(C), LINEAR * bank.LINEAR * C, size(C)])
+    head, weights, linear, rest = np.split(found, ends[:3], axis=-1)
+    last = rest.shape[-1] - POLES * bank.pole_size(C)
+    weights = _chosen(weights, C, weights[..., LINEAR + KEPT_CIRCLE : LINEAR + KEPT_CIRCLE + 1])
+    parts = [head, weights - weights.max(axis=-1, keepdims=True), _some(linear, LINEAR, KEPT_LINEAR)]
+    if C == 2:
+        turn = _some(rest[..., :last], CIRCLES, (KEPT_CIRCLE,))
+        parts += [turn, _legs(turn)]
+    return np.concatenate([*parts, _some(rest[..., last:], POLES, KEPT_POLES)], axis=-1)
+
+
+def table(C: int, found: np.ndarray) -> np.ndarray:
+    """Return tables of traces, (.., columns), with a column for each of today's members."""
+    first = bank.sample_at(C).shares + bank.TAILS
+    if found.ndim < 2 or found.shape[-1] != first + members(C):
+        return found
+    weights = _chosen(found[..., first:], C, np.zeros((*found.shape[:-1], 1)))
+    total = weights.sum(axis=-1, keepdims=True)
+    return np.concatenate([found[..., :first], weights / np.where(total > 0.0, total, 1.0)], axis=-1)
+
+
+def _chosen(weights: np.ndarray, C: int, of_legs: np.ndarray) -> np.ndarray:
+    """Return the weights of today's members among those there were."""
+    turning = [LINEAR + KEPT_CIRCLE] if C == 2 else []
+    poles = [members(C) - POLES + k for k in KEPT_POLES]
+    return np.concatenate(
+        [weights[..., [*KEPT_LINEAR, *turning]], *([of_legs] if C == 2 else []), weights[..., poles]], axis=-1
+    )
+
+
+def _some(numbers: np.ndarray, count: int, kept: tuple[int, ...]) -> np.ndarray:
+    """Return what some of so many members keep."""
+    each = numbers.reshape(*numbers.shape[:-1], count, -1)[..., kept, :]
+    return each.reshape(*numbers.shape[:-1], -1)
+
+
+def _legs(turn: np.ndarray) -> np.ndarray:
+    """Return legs of which any may have begun, where a member that turns has position and velocity."""
+    each = np.zeros((*turn.shape[:-1], bank.LEG, bank.LEGS))
+    P = turn[..., circle.P : bank.CIRCULAR]
+    variance = lambda a, b: 0.5 * (P[..., circle.index(a, b)] + P[..., circle.index(a + 2, b + 2)])  # noqa: E731
+    is_begun = P[..., 0] > 0.0
+    each[..., 0, :] = np.where(is_begun[..., None], bank.LEG_SHARES, 0.0)
+    each[..., 1:5, :] = turn[..., :4, None]
+    for k, number in ((legs.PP, variance(0, 0)), (legs.RE, variance(0, 1)), (legs.VV, variance(1, 1))):
+        each[..., k // bank.LEGS, :] = number[..., None]
+    return np.concatenate([each.reshape(*turn.shape[:-1], -1), turn[..., bank.CIRCULAR :]], axis=-1)
