@@ -221,19 +221,26 @@ class Second:
 
     def __init__(self, mean, wide, nu):
         n = len(mean)
-        self.age, self.score = 0, 0.0
+        self.age, self.score, self.struck = 0, 0.0, 0.0
         self.filter = start(1, 1, n, 1.0, nu, 0.0)
         self.filter.theta[0, 0], self.filter.P[0, 0] = mean, np.diag(wide)
 
     def is_over(self, n):
         return self.score < -14 or self.age >= n + 40
 
-    def see(self, row, y, pi, learnt, evidence, phi):
+    def see(self, row, y, outliers, learnt, evidence, phi):
+        """Take a sample in; how often there are outliers it counts itself."""
+        pi = outliers * min((self.struck + 0.2) / (self.age + 20), 0.25)
         self.filter, taken = update(self.filter, row[None], np.array([y]), learnt, pi)
+        self.struck += taken.rho[0, 0]
         self.filter.theta, self.filter.P = self.filter.theta * phi, self.filter.P * outer(phi, phi)
         self.age += 1
         if self.age > len(phi) + 10:
             self.score += taken.evidence[0] - evidence
+
+    def concede(self, trial):
+        """The bank becomes what a trial has decided, and that predicted better than it did."""
+        self.score -= max(trial.found[1], trial.found[0] + trial.alone, trial.found[2]) - trial.beside
 
     def has_won(self, trial):
         running = trial is not None and trial.age > 0
@@ -319,7 +326,7 @@ def run_auto(y, psi, phi, told=None, levels=(0.0, 1e-1), expect="both", P0=1e4):
                 if seconds[s] is None or seconds[s].is_over(n):
                     seconds[s] = Second(here, np.minimum(P0, 1e6 * over[s]), 1 - n if learnt else 2.0)
                     seconds[s].filter.chi2[:] = 0.0 if learnt else 2 * told
-                seconds[s].see(row[s], yk[s], pi[s], learnt, taken.evidence[s], phi)
+                seconds[s].see(row[s], yk[s], expect != "jumps", learnt, taken.evidence[s], phi)
                 if seconds[s].has_won(trials[s]):
                     for name in ("theta", "P", "nu", "chi2"):
                         getattr(new, name)[s] = getattr(seconds[s].filter, name)[0]
@@ -345,6 +352,8 @@ def run_auto(y, psi, phi, told=None, levels=(0.0, 1e-1), expect="both", P0=1e4):
                     quiet[s] = before if level > 1.2 * before else 0.0
                     if not quiet[s]:
                         learner.eta[s] = np.clip(learner.eta[s] + np.log(before / level), *learner.bounds)
+                if what and seconds[s] is not None:
+                    seconds[s].concede(trial)
                 if what:
                     struck[s] = struck[s] if what == "no jump" else struck_before[s]
                     for name in ("theta", "P", "nu", "chi2"):

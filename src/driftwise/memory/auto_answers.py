@@ -30,7 +30,7 @@ from .likelihood_drift import carry, climb, follow, ratio
 from .mixing import drift_apart, drift_beside_state, interact, merge, take_dense_along, take_modes_along
 from .modes import begin_modes, fold, unfold
 from .modes import update as update_bank
-from .second_start import is_explained, let_start, start_again
+from .second_start import concede, is_explained, let_start, start_again
 from .suspicion import calm, suspect
 from .trial import argue, begin_trial, end_trial, is_to_begin, is_to_end, time_update_copies
 from .trial_state import AGE, ODDS, show_none
@@ -68,6 +68,7 @@ def try_out(memory, parts, e, R, evidence, rho, outliers, view):
     shown = trial.shown
     rho = (1.0 - shown[0] - shown[1] - shown[2]) * rho + shown[0] * same + shown[1] * freed + shown[2] * level
     if head[VERDICT] != NOTHING:
+        concede(trial, parts.second)
         head[SINCE_NOW] = follow_verdict(memory, trial, parts.learner, own.bank, own.dense, unit, head[VERDICT])
         if head[VERDICT] != NO_JUMP:
             head[STRUCK_SO_FAR] = head[STRUCK_BEFORE]
@@ -112,7 +113,7 @@ def adapt_auto(memory, state, e, R, view):
         climb(memory, learner, error / math.sqrt(own_s2 * spread), part)
     head[VERDICT] = NOTHING
     if 2.0 * N < drift.head[SEEN] < YOUNG_ENOUGH and not is_unexcited:
-        has_won = start_again(memory, parts.second, e, R, evidence, outliers, drift.unit, theta, own.P, view)
+        has_won = start_again(memory, parts.second, e, R, evidence, drift.unit, theta, own.P, view)
         if has_won and not is_explained(trial, parts.second):
             let_start(parts.second, own.bank, own.dense, learner, own.P)
             end_trial(trial)

@@ -6,10 +6,10 @@ import numpy as np
 
 from ..engine.dispatch import kernel
 from ..engine.layout import Field, Layout, numbers
-from .auto_constants import CHANCES, LEVELS, OFTEN, STRUCK, STRUCK_FADES
+from .auto_constants import LEVELS, STRUCK_FADES
 from .bank import bank_size, open_bank
 from .likelihood_drift import learner_size, open_learner
-from .second_start import open_second, second_size
+from .second_start import open_second, second_size, share_of
 from .suspicion import open_suspicion, suspicion_size
 from .trial_state import open_trial, trial_size
 from .unknown_drift import open_drift_state
@@ -73,7 +73,7 @@ def open_parts(memory, state, N):
 @kernel
 def share_of_outliers(memory, head, struck):
     """Return how many samples in one are outliers, as far as that is known, if ``struck`` have been some."""
-    return memory.outliers * min((struck + STRUCK) / (head[COUNTED] + CHANCES), OFTEN)
+    return share_of(memory, struck, head[COUNTED])
 
 
 @kernel

@@ -10,22 +10,34 @@ from ..engine.dispatch import kernel, rare
 from ..engine.elementary import log
 from ..engine.layout import Field, Layout, numbers
 from ..engine.ud import expand
-from .auto_constants import BETTER, FARTHEST, LEARNING, UNFIT, YOUTH
+from .auto_constants import BETTER, CHANCES, FARTHEST, LEARNING, OFTEN, STRUCK, UNFIT, YOUTH
 from .gauss_markov import relax
 from .modes import CHI2, FREEDOM, WEIGHT, error_of, hand_over, mode, size_of, take
+from .trial import best_of
 from .trial_state import AGE as TRIAL_AGE
-from .trial_state import BESIDE, FREED, LEVEL
+from .trial_state import BESIDE, FREED, LEVEL, SAME
 from .unknown_drift import ROOM
 
-AGE, SCORE = range(2)  # of the head
+AGE, SCORE, STRUCK_SO_FAR = range(3)  # of the head
 
 SECOND = Layout(
-    *numbers("head", age="samples it has seen; 0: none runs", score="its log evidence over that of all others"),
+    *numbers(
+        "head",
+        age="samples it has seen; 0: none runs",
+        score="its log evidence over that of all others",
+        struck="outliers among them, to it",
+    ),
     Field("row", ("size_of(N)",), "the filter that begins later"),
     given=("N",),
     size_of=size_of,
 )
 open_second, second_size = kernel(SECOND.open), kernel(SECOND.size)
+
+
+@kernel
+def share_of(memory, struck, counted):
+    """Return how many samples in one are outliers, if ``struck`` of ``counted`` have been some."""
+    return memory.outliers * min((struck + STRUCK) / (counted + CHANCES), OFTEN)
 
 
 @kernel
@@ -37,20 +49,22 @@ def begin_second(memory, second, theta, unit):
         one.theta[i], one.D[i] = theta[i], min(memory.cap[i] / ROOM, FARTHEST * unit[i])
     for i in range(one.U.size):
         one.U[i] = 0.0
-    second.head[AGE] = second.head[SCORE] = 0.0
+    second.head[AGE] = second.head[SCORE] = second.head[STRUCK_SO_FAR] = 0.0
 
 
 @rare
-def start_again(memory, second, e, R, evidence, outliers, unit, theta, P, view):
+def start_again(memory, second, e, R, evidence, unit, theta, P, view):
     """Let it see a sample; say whether it has won."""
     N, head = theta.size, second.head
     if head[AGE] == 0.0 or head[SCORE] < UNFIT or head[AGE] >= N + LEARNING + YOUTH:
         begin_second(memory, second, theta, unit)
     one = mode(second.row, 0, N)
     error = error_of(one, e, view.psi, theta)
-    log_p, factor, _, _, _ = take(memory, one, P, error, R, view, outliers, False, True)
+    share = share_of(memory, head[STRUCK_SO_FAR], head[AGE])
+    log_p, factor, rho, _, _ = take(memory, one, P, error, R, view, share, False, True)
     relax(one.theta, one.U, one.D, memory.phi, view.b)
     head[AGE] += 1.0
+    head[STRUCK_SO_FAR] += rho
     if head[AGE] > N + LEARNING:
         head[SCORE] += log_p + log(factor) - evidence
     return head[SCORE] > BETTER
@@ -62,6 +76,12 @@ def is_explained(trial, second):
     head, found = trial.head, trial.found
     best = max(found[FREED], found[LEVEL]) - head[BESIDE]
     return head[TRIAL_AGE] > 0.0 and second.head[SCORE] < best + BETTER
+
+
+@kernel
+def concede(trial, second):
+    """Weigh it from now on against what a trial has decided: by so much that predicted better than the bank did."""
+    second.head[SCORE] -= best_of(trial) + trial.found[SAME] - trial.head[BESIDE]
 
 
 @kernel

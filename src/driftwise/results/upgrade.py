@@ -64,11 +64,13 @@ def parts(fields: list) -> list:
 # across gaps its mean was by likelihood. In all of them, an average kept the logarithms of its weights. Fifth: one
 # variance followed the errors of its predictions, no four; last, it kept weights. Sixth: AutoMemory did not count the
 # samples since an output was missing, and the mean of an average was made of four, one by the regrets of its members.
-# In all but that, a `ScoreCUSUM` without a size kept its ratios one parameter after the other.
+# In all but that, a `ScoreCUSUM` without a size kept its ratios one parameter after the other. Seventh: no second start
+# of AutoMemory counted its own outliers.
 
-FORMER = 6
+FORMER = 7
 SHORT_HEAD = 7  # numbers of the head of AutoMemory, in the first three
 GAPLESS_HEAD = 9  # and in the next three
+UNCOUNTED = 1  # numbers that the second start of AutoMemory had less, in all of them
 MEANS, SHAPES = 4, 4  # that an average was made of, and variances that it may have
 TRUSTED, SURE = 1e-4, 60.0  # a regret in y_scale^2, soon outgrown, and so many of them: who has these is trusted alone
 
@@ -172,7 +174,7 @@ def _parts(estimator) -> Iterator[tuple[str, list[Piece]]]:
 def _mixture(detector, size: int) -> Piece:
     """Return how long the part of a mixture over sizes was and is."""
     m = detector.parameters(size)
-    return Piece((*(size - 3 * m,) * 5, size), size, (*(_by_sizes,) * 5, None), (int(detector.K), m))
+    return Piece((*(size - 3 * m,) * 5, size, size), size, (*(_by_sizes,) * 5, None, None), (int(detector.K), m))
 
 
 def _by_sizes(was: np.ndarray, piece: Piece) -> np.ndarray:
@@ -196,9 +198,11 @@ def _piece(memory, size: int) -> Piece:
 
     N, now = memory.cap.size, memory.state_size(memory.cap.size)
     first = SHORT_HEAD + bank_size(N, MODES) + 2 * MODES * size_of(N) + learner_size(N, N)
-    third, fourth = now - (HEAD - SHORT_HEAD), now - (HEAD - GAPLESS_HEAD)
-    before = drift_state_size(N, first), third - second_size(N), third, fourth, fourth, fourth
-    return Piece(before, now, (_trials, _second_start, *(_longer_head,) * 4), memory)
+    last = now - UNCOUNTED
+    third, fourth = last - (HEAD - SHORT_HEAD), last - (HEAD - GAPLESS_HEAD)
+    second = third - second_size(N) + UNCOUNTED
+    before = drift_state_size(N, first), second, third, fourth, fourth, fourth, last
+    return Piece(before, now, (_trials, _second_start, *(_longer_head,) * 4, _counting), memory)
 
 
 def _average(estimator, size: int) -> Piece:
@@ -208,8 +212,8 @@ def _average(estimator, size: int) -> Piece:
     first = sum(start[name].size for name in start.dtype.names[: start.dtype.names.index("regret")])
     second = first + 2 * members + (MEANS - 2) + 3 * (MEANS - 1)  # two more weights, their errors, regrets of three
     apart = first + 5 * members + (MEANS - 2) + 3 * MEANS  # weights and regrets of members, regrets of four
-    before = first, second, second, apart + 2, apart + 3 + 3 * MEANS, apart + 1 + 3 * MEANS + 4 * SHAPES
-    return Piece(before, size, (_alone, _alone, _alone, _of_one_width, _of_one_width, _of_four), start)
+    before = first, second, second, apart + 2, apart + 3 + 3 * MEANS, apart + 1 + 3 * MEANS + 4 * SHAPES, size
+    return Piece(before, size, (_alone, _alone, _alone, _of_one_width, _of_one_width, _of_four, None), start)
 
 
 def _begun(was: np.ndarray, piece: Piece) -> tuple[np.ndarray, np.ndarray]:
@@ -257,8 +261,17 @@ def _longer_head(was: np.ndarray, piece: Piece) -> np.ndarray:
     from ..memory.auto_state import HEAD
     from ..memory.unknown_drift import drift_state_size
 
-    end, more = drift_state_size(piece.owner.cap.size) + HEAD, piece.now - was.shape[-1]
-    return np.insert(was, [end - more] * more, 0.0, axis=-1)
+    end, more = drift_state_size(piece.owner.cap.size) + HEAD, piece.now - UNCOUNTED - was.shape[-1]
+    return _counting(np.insert(was, [end - more] * more, 0.0, axis=-1), piece)
+
+
+def _counting(was: np.ndarray, piece: Piece) -> np.ndarray:
+    """Return what one `AutoMemory` keeps, whose second start met no outlier; its row and the learner stand last."""
+    from ..memory.likelihood_drift import learner_size
+    from ..memory.modes import size_of
+
+    N = piece.owner.cap.size
+    return np.insert(was, was.shape[-1] - learner_size(N, N) - size_of(N), 0.0, axis=-1)
 
 
 def _second_start(was: np.ndarray, piece: Piece) -> np.ndarray:
