@@ -33,6 +33,13 @@ def test_the_step_of_such_a_clock_is_that_of_the_dates(tmp_path, call, form):
         assert f"{len(inside) if '--from' in more else 300} samples" in out
 
 
+def test_seconds_since_1970_are_seconds_and_are_told_apart():
+    y, u = dw.simulate([-0.8], [1.0], samples=300, noise_std=0.1, seed=1)
+    table = dw.identify({"epoch": 1_144_110_000.0 + 60.0 * np.arange(300), "y": y, "u": u}).table
+    assert table.timed and table.step == "every 60 s"
+    assert table.at(1_144_110_060.0) == "at 1144110060 s"
+
+
 def test_numbers_that_are_no_dates_stay_numbers():
     for values in (
         np.arange(300) * 0.5 + 45000.0,  # seconds

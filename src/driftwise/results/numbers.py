@@ -188,14 +188,19 @@ def usual_unit(seconds: float) -> tuple[str, float]:
     return next(((name, size) for name, size, least in units if seconds >= least * size), ("s", 1))
 
 
+def reading(time: float) -> str:
+    """Return what a clock shows: of a long one all digits before the point, for the last are what tells times apart."""
+    return f"{time:.6g}" if abs(time) < 1e6 else f"{time:.0f}"
+
+
 def instant(seconds: float, origin: str | None, unit: str = SECONDS) -> str:
     """Return a time as it is written: seconds, or a date where the time stamp of second 0 is known, or a sample.
 
-    >>> instant(86400 * 30.5, "2011-11-26"), instant(2.5, None)
-    ('2011-12-26 12:00:00', '2.5 s')
+    >>> instant(86400 * 30.5, "2011-11-26"), instant(2.5, None), instant(1144130060.0, None)
+    ('2011-12-26 12:00:00', '2.5 s', '1144130060 s')
     """
     if origin is None:
-        return f"{seconds:.6g} s" if unit == SECONDS else f"sample {seconds:.0f}"
+        return f"{reading(seconds)} s" if unit == SECONDS else f"sample {seconds:.0f}"
     import numpy as np
 
     stamp = np.datetime64(origin, "ms") + np.timedelta64(round(1000 * seconds), "ms")

@@ -11,7 +11,7 @@ import numpy as np
 from driftwise.engine.errors import InputError
 
 from ..engine.validation import size
-from ..results.numbers import instant, lasting, usual_unit
+from ..results.numbers import instant, lasting, reading, usual_unit
 from .cleaning import Belief, judged
 from .column_candidates import propose_inputs, propose_output
 from .column_roles import SCORES, SECONDS, Name, parse
@@ -130,7 +130,7 @@ class Table:
         """Return an instant of the clock as a phrase; ``origin`` is the time stamp of second 0."""
         if self.timed or origin is not None:
             return f"at {instant(time, origin)}"
-        return f"at {self.time} = {time:.6g}" if self.sampling.kind != "none" else f"at sample {time:.0f}"
+        return f"at {self.time} = {reading(time)}" if self.sampling.kind != "none" else f"at sample {time:.0f}"
 
     def __getitem__(self, name: str) -> Column:
         return next(column for column in self.columns if column.name == name)
@@ -204,9 +204,9 @@ def recognise(
     if time is None:
         time = _clock(columns, names, frozenset(stamps), wanted)
     clock = columns[time] if time is not None else None
-    scale = (
-        _seconds(clock, _unit_of(names[time])) if time is not None and time not in stamps and clock is not None else 1.0
-    )
+    is_number = time is not None and time not in stamps and clock is not None
+    known_scale = _seconds(clock, _unit_of(names[time])) if is_number else None
+    scale = 1.0 if known_scale is None else known_scale
     sampling = judge_sampling(scale * clock) if clock is not None else Sampling("none", 1.0)
     _take_stuck(found, clean, names, {time, *stamps})
     barred = {name: _barred(names[name], found[name], clean[name]) for name in clean if name != time}
@@ -249,7 +249,7 @@ def recognise(
             reason = why.get(name, reason)
         ten = (tens or {}).get(name, 0)
         final.append(replace(column, role=role, why=reason, helps=helps.get(name, 0.0), ten=ten))
-    timed = time in stamps or (time is not None and (_unit_of(names[time]) in SECONDS or scale != 1.0))
+    timed = time in stamps or known_scale is not None
     known = frozenset(key for key, value in given.items() if value is not None)
     return worded(Table(tuple(final), output, tuple(inputs), time, sampling, scale, timed, rows, known, rivals))
 
@@ -347,8 +347,8 @@ def _unit_of(name: Name) -> str:
     return name.unit or next((word for word in name.words if len(word) > 1 and word in SECONDS), "")
 
 
-def _seconds(time, unit: str) -> float:
-    """Return the factor that makes seconds of a clock of numbers; 1 where its unit is not known."""
+def _seconds(time, unit: str) -> float | None:
+    """Return the factor that makes seconds of a clock of numbers; None where its unit is not known."""
     if unit in SECONDS:
         return SECONDS[unit]
     middle = float(np.nanmedian(time))
@@ -357,7 +357,7 @@ def _seconds(time, unit: str) -> float:
             return 1e9 / digits
     if _counts_years(time):
         return SECONDS["years"]
-    return DAY if _counts_days(time) else 1.0
+    return DAY if _counts_days(time) else None
 
 
 def _counts_years(time) -> bool:
