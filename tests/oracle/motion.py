@@ -483,19 +483,22 @@ class Follower:
             self.log = self.log + (np.log(z) + learning.LOG_MEAN - self.log) / (self.seen - 1 + self.trust)
         pace, most = max(1 / self.noise, 1 / (self.seen + 3)), np.maximum(learning.MOST, self.surprise)
 
-        def grow(z2):
+        def grow(z2, scale):
             much = np.where(np.minimum(z2, self.surprise) > learning.LOUD, learning.AT_ONCE, pace)
             calm = (z2 < learning.CALM).all(axis=-1, keepdims=True) & may_ease
-            return np.ones_like(z2) if early else np.where(calm, learning.EASED, 1 + (np.minimum(z2, most) - 1) * much)
+            eased = np.where(calm & (scale > learning.TAUGHT), learning.EASED, 1 + (np.minimum(z2, most) - 1) * much)
+            return np.ones_like(z2) if early else eased
 
         may_ease = self.C == 2 and learning.FRESH < self.seen < learning.TRIED
         may_ease = may_ease and (self.surprise < learning.CALM_BEFORE).all()
 
-        factors = grow((y - self.mean) ** 2 / S)
+        scales = np.array([m.scale for m in (*self.kalman, *([] if early else self.poles))])
+        scales = np.concatenate([scales, np.ones((len(self.mean) - len(scales), self.C))])
+        factors = grow((y - self.mean) ** 2 / S, scales)
         factors[~self.known] = 1.0
         for member, factor in zip(self.kalman, factors):
             member.correct(y, unit, g)
-            member.scale = member.scale * (grow(member.z2) if isinstance(member, Legs) else factor)
+            member.scale = member.scale * (grow(member.z2, member.scale) if isinstance(member, Legs) else factor)
         if early:
             self.poles = [Pole(rho, unit) for rho in bank.RADII]
         else:

@@ -204,8 +204,7 @@ def recognise(
     if time is None:
         time = _clock(columns, names, frozenset(stamps), wanted)
     clock = columns[time] if time is not None else None
-    is_number = time is not None and time not in stamps and clock is not None
-    known_scale = _seconds(clock, _unit_of(names[time])) if is_number else None
+    known_scale = _seconds(clock, _unit_of(names[time])) if time is not None and time not in stamps else None
     scale = 1.0 if known_scale is None else known_scale
     sampling = judge_sampling(scale * clock) if clock is not None else Sampling("none", 1.0)
     _take_stuck(found, clean, names, {time, *stamps})

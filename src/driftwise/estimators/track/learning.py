@@ -17,7 +17,7 @@ from . import bank, circle, legs, linear, pole
 MOST = 9.0  # that one e^2/S counts for the noise, unless the last was as large
 LOUD, AT_ONCE = 25.0, 0.5  # two such in a row are no accident: so much of the second the noise takes at once
 CALM, CALM_BEFORE = 0.15, 0.5  # e^2/S of both coordinates, and of the plot before: a noise scale is too large
-EASED = 0.7  # what such a plot leaves of it ..
+EASED, TAUGHT = 0.3, 1.0  # what such a plot leaves of it, above what second differences say ..
 FRESH, TRIED = 3.0, 30.0  # .. beyond so many plots, and while so few are known that wild ones may have taught it
 FUZZ, EXACT = 0.01, 1e-9  # of a lattice's step, and of a step itself: what is no difference
 EQUAL, RULED = 1.0, 2.0  # a step, by the one before it
@@ -228,7 +228,7 @@ def follow(row, C, i, y, mean, S, calm, share, least, scale, c):
     """Return what the noise scale of member i, coordinate c, becomes, at least ``least``; no ``share``, as it was."""
     if share[c] == 0.0 or not math.isfinite(mean[i, c]):
         return scale
-    if calm and is_calm(C, i, y, mean, S):
+    if calm and scale > TAUGHT and is_calm(C, i, y, mean, S):
         return max(EASED * scale, least[c])
     return grown(row, C, square(y[c] - mean[i, c]) / S[i, c], share, least, scale, c)
 
@@ -238,7 +238,7 @@ def follow_legs(row, C, z2, calm, share, least, scale, c):
     """Return the same of the member that goes by legs: ``z2`` (C,) are squared deviations by what legs seem since."""
     if share[c] == 0.0:
         return scale
-    if calm and z2[0] < CALM and z2[1] < CALM:
+    if calm and scale > TAUGHT and z2[0] < CALM and z2[1] < CALM:
         return max(EASED * scale, least[c])
     return grown(row, C, z2[c], share, least, scale, c)
 
