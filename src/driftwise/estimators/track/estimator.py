@@ -88,7 +88,7 @@ class TrackEstimator(Portable):
     >>> trace = dw.TrackEstimator("aircraft").scan(t, plots)
     >>> at = 40
     >>> print(f"{np.degrees(trace.turn_rate[at]):.1f} +- {np.degrees(trace.turn_rate_sd[at]):.1f} degrees a second")
-    2.5 +- 1.4 degrees a second
+    2.4 +- 1.5 degrees a second
     """
 
     trace_kind = TrackTrace
@@ -208,7 +208,7 @@ class TrackEstimator(Portable):
         >>> for trace in (est.scan(t, plots), est.smooth(t, plots, lag=5), est.smooth(t, plots)):
         ...     print(np.sqrt(np.mean((trace.position - path)[10:] ** 2)).round(), "m")
         15.0 m
-        9.0 m
+        10.0 m
         7.0 m
         """
         time, position, R = self._door(time, position, covariance)
