@@ -12,12 +12,12 @@ Run: python -m driftwise_studies.score.motions.bound [--seed 0] [--scenes 600]
 
 from __future__ import annotations
 
-import argparse
 from itertools import pairwise
 
 import numpy as np
 from scipy.stats import chi2  # type: ignore[import-untyped]
 
+from .drawing import asked
 from .field import number, table
 from .measured import FEW, FIRST, LONG, Found, play
 from .scene import ALONE
@@ -82,11 +82,8 @@ def shares(found: list[Found], trouble: str | None) -> tuple[int, list[float]]:
 
 def main(arguments=None) -> None:
     """Print both tables."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--scenes", type=int, default=600)
-    asked = parser.parse_args(arguments)
-    ours, knowing = (play(asked.seed, range(asked.scenes), stated=stated) for stated in (False, True))
+    seed, scenes = asked(__doc__, arguments, scenes=600)
+    ours, knowing = (play(seed, range(scenes), stated=stated) for stated in (False, True))
     rows = []
     for trouble in (None, *ALONE):
         (n, mine), (_, theirs) = shares(ours, trouble), shares(knowing, trouble)

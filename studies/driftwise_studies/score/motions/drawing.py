@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import argparse
+
 import numpy as np
 
 from .scene import ALONE, KINDS, Scene, Sensor
@@ -73,3 +75,12 @@ def draw(seed: int, number: int) -> Scene:
 def between(rng, span: tuple[float, float]) -> float:
     """Return a number whose logarithm is uniform."""
     return float(np.exp(rng.uniform(*np.log(span))))
+
+
+def asked(about: str, arguments=None, seed: int = 0, scenes: int = 150) -> tuple[int, int]:
+    """Return the seed and the number of scenes that a command line asks for; ``about`` is the module's docstring."""
+    parser = argparse.ArgumentParser(description=about.splitlines()[0])
+    parser.add_argument("--seed", type=int, default=seed)
+    parser.add_argument("--scenes", type=int, default=scenes)
+    found = parser.parse_args(arguments)
+    return found.seed, found.scenes

@@ -14,7 +14,6 @@ Run: python -m driftwise_studies.score.motions.exact [--seed 0] [--scenes 100]
 
 from __future__ import annotations
 
-import argparse
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -25,7 +24,7 @@ from driftwise.estimators.track.estimator import TrackEstimator
 from driftwise.results.bands import normal_score
 
 from .bound import EDGES
-from .drawing import draw
+from .drawing import asked, draw
 from .field import number, table
 from .jets import alone
 from .laws import ACROSS, STRAIGHT, Law, Legs, move
@@ -173,12 +172,9 @@ def means(innovation, variance, score) -> tuple[float, float]:
 
 def main(arguments=None) -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--scenes", type=int, default=100)
-    asked = parser.parse_args(arguments)
+    seed, scenes = asked(__doc__, arguments, scenes=100)
     found = []
-    for scene in (alone(draw(asked.seed, k)) for k in range(asked.scenes)):
+    for scene in (alone(draw(seed, k)) for k in range(scenes)):
         if scene.name == "animal":
             continue
         plots = simulate(scene).plots

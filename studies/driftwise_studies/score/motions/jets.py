@@ -9,7 +9,6 @@ Run: python -m driftwise_studies.score.motions.jets [--seed 1] [--scenes 600]
 
 from __future__ import annotations
 
-import argparse
 from itertools import product
 
 import numpy as np
@@ -17,7 +16,7 @@ import numpy as np
 from driftwise.estimators.track.estimator import TrackEstimator
 from driftwise.models.manoeuvre import response, spread
 
-from .drawing import draw
+from .drawing import asked, draw
 from .scene import Scene
 from .simulation import simulate
 
@@ -87,11 +86,8 @@ def models(setting: np.ndarray, d: float) -> tuple[np.ndarray, np.ndarray]:
 
 def main(arguments=None) -> None:
     """Print the ratio, and the tuning that it is held against."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--scenes", type=int, default=600)
-    asked = parser.parse_args(arguments)
-    drawn = (draw(asked.seed, k) for k in range(asked.scenes))
+    seed, scenes = asked(__doc__, arguments, seed=1, scenes=600)
+    drawn = (draw(seed, k) for k in range(scenes))
     logs = []
     for scene in (alone(s) for s in drawn if s.name == "jet"):
         seen = simulate(scene)
@@ -103,7 +99,7 @@ def main(arguments=None) -> None:
     each = np.array(logs)
     best = int(each[:, :-1].mean(axis=0).argmin())
     behind = each[:, -1] - each[:, best]
-    print(f"seed {asked.seed}, {len(each)} jets; of {len(GRID)} tunings the best in hindsight:")
+    print(f"seed {seed}, {len(each)} jets; of {len(GRID)} tunings the best in hindsight:")
     print(", ".join(f"{name} {value:g}" for name, value in zip(NAMES, GRID[best])))
     mean, middle, worst = np.exp((behind.mean(), np.median(behind), behind.max()))
     print(f"error of our forecasts over its: {mean:.3f} on average, median {middle:.3f}, worst {worst:.2f}")

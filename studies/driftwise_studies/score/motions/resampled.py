@@ -9,8 +9,6 @@ Run: python -m driftwise_studies.score.motions.resampled [--seed 0] [--scenes 15
 
 from __future__ import annotations
 
-import argparse
-
 import numpy as np
 
 from . import drawing
@@ -39,11 +37,8 @@ def play(seed: int, scenes: int) -> list[Found]:
 
 def main(arguments=None) -> None:
     """Print the table: all, and each class."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--scenes", type=int, default=150)
-    asked = parser.parse_args(arguments)
-    found = play(asked.seed, asked.scenes)
+    seed, scenes = drawing.asked(__doc__, arguments)
+    found = play(seed, scenes)
     rows = [(name, [f for f in found if f.scene.name == name]) for name in KINDS]
     print(table([Total(some).row(name) for name, some in [("all", found), *rows] if some]))
 

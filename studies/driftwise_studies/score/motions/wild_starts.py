@@ -8,8 +8,6 @@ Run: python -m driftwise_studies.score.motions.wild_starts [--seed 0] [--scenes 
 
 from __future__ import annotations
 
-import argparse
-
 import numpy as np
 
 from . import drawing
@@ -40,13 +38,10 @@ def play(seed: int, scenes: int, is_wild: bool = True) -> list[Found]:
 
 def main(arguments=None) -> None:
     """Print the table: all, by how many are wild, and the same scenes with none."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--scenes", type=int, default=150)
-    asked = parser.parse_args(arguments)
-    found = play(asked.seed, asked.scenes)
+    seed, scenes = drawing.asked(__doc__, arguments)
+    found = play(seed, scenes)
     rows = [("all", found), *((str(n), [f for f in found if f.scene.early == n]) for n in range(1, MOST + 1))]
-    rows.append(("none", play(asked.seed, asked.scenes, False)))
+    rows.append(("none", play(seed, scenes, False)))
     print(table([Total(some).row(name) for name, some in rows if some]))
 
 
