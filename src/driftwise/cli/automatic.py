@@ -7,13 +7,13 @@ from dataclasses import replace
 from typing import Any
 
 from driftwise.cli.asking import ask
-from driftwise.cli.job import BETWEEN, reading, undivided
+from driftwise.cli.job import BETWEEN, RecordJob, reading, undivided
 from driftwise.cli.run_options import RunOptions
 from driftwise.cli.saving import Saver
 from driftwise.engine.errors import CommandError, InputError
 
 
-class AutomaticJob(RunOptions):
+class AutomaticJob(RunOptions, RecordJob):
     """Finds out everything but the columns that were named."""
 
     writes = (("samples", "save"), ("report", "report"), ("results", "json"))

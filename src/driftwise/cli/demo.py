@@ -10,7 +10,6 @@ from typing import Annotated
 import typer
 
 from driftwise.cli.automatic import AutomaticJob
-from driftwise.cli.job import Job
 from driftwise.cli.specs import floats
 from driftwise.engine.errors import InputError
 from driftwise.report.printed import say
@@ -19,7 +18,7 @@ OPTIONS = "--output track_deg --input roll_deg --time time_s"
 
 
 @dataclass
-class DemoJob(Job):
+class DemoJob:
     """Estimate a real record that comes along: an airliner's turns, and how hard it must bank as it gathers speed."""
 
     report: Annotated[str | None, typer.Option(help="Write a self-contained HTML report.")] = None
@@ -40,7 +39,7 @@ class DemoJob(Job):
 
 
 @dataclass
-class SimulateJob(Job):
+class SimulateJob:
     """Write a table t, u, y of a known plant, to try things on.
 
     Example: driftwise simulate plant.csv --a -1.5,0.7 --b 1,0.5 --missing 0.1

@@ -8,7 +8,6 @@ from typing import Annotated, NamedTuple
 
 import typer
 
-from driftwise.cli.job import Job
 from driftwise.engine.errors import InputError
 from driftwise.report.printed import say
 
@@ -123,7 +122,7 @@ def _table(pump: Pump, number: int, samples: int, seed: int):
 
 
 @dataclass
-class FleetSimulateJob(Job):
+class FleetSimulateJob:
     """Write a fleet of pumps to try things on: columns time, asset, speed, flow, and faults that are known.
 
     Example: driftwise fleet simulate pumps --series 1000 --samples 500

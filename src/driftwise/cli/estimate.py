@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 from driftwise.cli import specs
-from driftwise.cli.job import undivided
+from driftwise.cli.job import RecordJob, undivided
 from driftwise.cli.run_options import AUTO, USUAL, RunOptions
 from driftwise.cli.saving import Saver
 from driftwise.engine.errors import CommandError, InputError
@@ -15,7 +15,7 @@ from driftwise.tables.source import is_stream, title_of
 MANY = 60  # unknowns; beyond it roots and their bars take longer than the filter
 
 
-class EstimateJob(RunOptions):
+class EstimateJob(RunOptions, RecordJob):
     """Estimates state and parameters of one output, with the joint filter or a recursive model."""
 
     writes = (("trace", "save"), ("report", "report"), ("results", "json"))

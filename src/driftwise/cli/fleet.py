@@ -280,7 +280,7 @@ class FleetRunJob(Job):
 
 
 @dataclass
-class FleetShowJob(Job):
+class FleetShowJob:
     """Print the summary of a finished run again.
 
     Example: driftwise fleet show results

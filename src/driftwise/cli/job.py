@@ -1,14 +1,15 @@
-"""`Job`: a command at work. Its fields are its options, by name; its docstring is its help."""
+"""Commands and jobs. Fields are options, by name; a docstring is the help of its command."""
 
 from __future__ import annotations
 
 import inspect
 import os
 import signal
+from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from contextlib import contextmanager
 from time import perf_counter
-from typing import Any, get_type_hints
+from typing import Any, Protocol, get_type_hints
 
 from driftwise.cli.progress import bar
 from driftwise.cli.targets import refuse_targets
@@ -19,27 +20,33 @@ BETWEEN = "lies between --from and --to"
 LOOK = 1000  # rows by which a clock is known
 
 
-def add_command(app, name: str, job: type) -> None:
-    """Add a job to the commands of an app; it runs when it is called."""
-    hints = get_type_hints(job, include_extras=True)
+class Command(Protocol):
+    """A command: a dataclass of its options that can be run."""
+
+    def run(self) -> None: ...
+
+
+def add_command(app, name: str, command: type[Command]) -> None:
+    """Add a command to those of an app; it runs when it is called."""
+    hints = get_type_hints(command, include_extras=True)
 
     def call(**options):
         for name, value in options.items():
             if isinstance(value, int) and value > (most := bounds.MOST.get(name, bounds.COUNT)):
                 raise CommandError(f"--{name} is at most {most}, got {value}{bounds.why(name)}.")
         try:
-            job(**options).run()
+            command(**options).run()
         except KeyboardInterrupt:
             raise Stopped(130) from None
 
-    parameters = inspect.signature(job).parameters.values()
+    parameters = inspect.signature(command).parameters.values()
     call.__signature__ = inspect.Signature([p.replace(annotation=hints[p.name]) for p in parameters])  # type: ignore
-    call.__annotations__, call.__doc__ = hints, job.__doc__
+    call.__annotations__, call.__doc__ = hints, command.__doc__
     app.command(name)(call)
 
 
-class Job:
-    """A command at work: `run` takes its steps one after the other.
+class Job(ABC):
+    """A command that estimates: `run` takes its steps one after the other.
 
     check : refuse what cannot be, before anything is read
     estimate : open, read and estimate
@@ -47,23 +54,8 @@ class Job:
     tell : write and print
     """
 
-    file: str
-    save: str | None = None
-    report: str | None = None
-    json: str | None = None
-    writes: Any = (("report", "report"), ("results", "json"))  # what is written, and the option that names its place
     took: float = 0.0  # s that it took to estimate
     is_stopped = False  # by Ctrl-C while samples came: what was read until then is told
-
-    @property
-    def title(self) -> str:
-        """What to call the place the data come from."""
-        return "standard input" if self.file == "-" else self.file
-
-    @property
-    def short_title(self) -> str:
-        """The same without its folder."""
-        return os.path.basename(self.title)
 
     def run(self) -> None:
         """Take all steps."""
@@ -76,14 +68,44 @@ class Job:
         if self.is_stopped:
             raise Stopped(130)
 
+    @abstractmethod
     def check(self) -> None:
-        refuse_targets(self)
+        """Refuse what cannot be."""
 
+    @abstractmethod
     def estimate(self) -> None:
-        raise NotImplementedError
+        """Open, read and estimate."""
 
-    def summarise(self) -> None:
-        pass
+    def summarise(self) -> None:  # noqa: B027  (not every job has more to say)
+        """Say what is to be told."""
+
+    @abstractmethod
+    def tell(self) -> None:
+        """Write and print."""
+
+
+class TableJob(Job):
+    """A job on one table, whose results are a page, JSON, and what is printed: `draw`, `content`, `show`."""
+
+    file: str
+    save: str | None = None
+    report: str | None = None
+    json: str | None = None
+    writes: Any = (("report", "report"), ("results", "json"))  # what is written, and the option that names its place
+
+    @property
+    def title(self) -> str:
+        """What to call the place the data come from."""
+        return "standard input" if self.file == "-" else self.file
+
+    @property
+    def short_title(self) -> str:
+        """The same without its folder."""
+        return os.path.basename(self.title)
+
+    def check(self) -> None:
+        """Refuse places that cannot be written to."""
+        refuse_targets(self)
 
     def tell(self) -> None:
         """Write page and results, print, and say where the files are."""
@@ -105,20 +127,20 @@ class Job:
         named = ((what, getattr(self, option)) for what, option in self.writes)
         return [f"{what} in {path}" for what, path in named if path]
 
+    @abstractmethod
     def draw(self, path: str) -> None:
         """Write the page."""
-        raise NotImplementedError
 
+    @abstractmethod
     def content(self) -> dict[str, Any]:
         """Return the results as JSON has them."""
-        raise NotImplementedError
 
+    @abstractmethod
     def show(self, out) -> None:
         """Print the results."""
-        raise NotImplementedError
 
 
-class RecordJob(Job):
+class RecordJob(TableJob):
     """A job on one record: the columns of a table, read chunk by chunk in constant memory."""
 
     time: str | None = None

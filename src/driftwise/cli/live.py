@@ -11,7 +11,6 @@ from typing import Annotated, Any
 import typer
 
 from driftwise.cli import specs
-from driftwise.cli.job import Job
 from driftwise.cli.options import Inputs
 from driftwise.engine.errors import CommandError, InputError
 
@@ -19,7 +18,7 @@ CONFIG = "driftwise-live.toml"
 
 
 @dataclass
-class LiveJob(Job):
+class LiveJob:
     """Estimate series as they come, keep their states through everything, and tell what happens to them.
 
     WHAT is a configuration (live.toml), - for lines on standard input, an address with topics

@@ -15,7 +15,7 @@ from driftwise.cli.demo_fleet import FleetSimulateJob
 from driftwise.cli.entry_points import entry_points
 from driftwise.cli.export import ExportJob
 from driftwise.cli.fleet import FleetRunJob, FleetShowJob
-from driftwise.cli.job import Job, add_command
+from driftwise.cli.job import Command, add_command
 from driftwise.cli.live import LiveJob
 from driftwise.cli.progress import bar
 from driftwise.cli.run import RunJob
@@ -109,15 +109,16 @@ def warm() -> None:
 
 
 def _add_commands() -> None:
-    """Add the jobs."""
-    jobs: dict[str, type[Job]] = dict(
+    """Add the commands."""
+    commands: dict[str, type[Command]] = dict(
         run=RunJob, validate=ValidateJob, compare=CompareJob, track=TrackJob, export=ExportJob, simulate=SimulateJob,
         demo=DemoJob, live=LiveJob,
     )  # fmt: skip
-    for name, job in jobs.items():
-        add_command(app, name, job)
-    for name, job in dict(run=FleetRunJob, show=FleetShowJob, simulate=FleetSimulateJob).items():
-        add_command(fleet, name, job)
+    of_fleets: dict[str, type[Command]] = dict(run=FleetRunJob, show=FleetShowJob, simulate=FleetSimulateJob)
+    for name, command in commands.items():
+        add_command(app, name, command)
+    for name, command in of_fleets.items():
+        add_command(fleet, name, command)
     app.command()(warm)
 
 

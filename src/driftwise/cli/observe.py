@@ -6,6 +6,7 @@ import os
 from typing import Any
 
 from driftwise import estimators as families
+from driftwise.cli.job import RecordJob
 from driftwise.cli.run_options import RunOptions
 from driftwise.cli.saving import Saver
 from driftwise.engine.errors import CommandError, InputError
@@ -15,7 +16,7 @@ UNEVEN = 1e-3  # a step that differs by this share from the usual one makes a ta
 TUNED = 20_000  # rows that a walk is tuned on
 
 
-class ObserveJob(RunOptions):
+class ObserveJob(RunOptions, RecordJob):
     """Observes a plant whose equations are known, of one output or several."""
 
     writes = (("trace", "save"), ("report", "report"), ("results", "json"))

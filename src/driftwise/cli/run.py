@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import fields
 from pathlib import Path
 
 from driftwise.cli.automatic import AutomaticJob
 from driftwise.cli.estimate import EstimateJob
 from driftwise.cli.grey_box import GreyBoxJob
+from driftwise.cli.job import RecordJob
 from driftwise.cli.observe import ObserveJob
 from driftwise.cli.own_matrices import MatricesJob
 from driftwise.cli.run_options import RunOptions
@@ -32,7 +34,7 @@ class RunJob(RunOptions):
     def run(self) -> None:
         """Run the job that the options ask for."""
         if self.plant is not None:
-            kind: type[RunOptions] = _plant_job(self.plant)
+            kind: Callable[..., RecordJob] = _plant_job(self.plant)
         elif self.model == "auto" or not self.changed:
             kind = AutomaticJob
         else:
@@ -40,7 +42,7 @@ class RunJob(RunOptions):
         kind(**{field.name: getattr(self, field.name) for field in fields(self)}).run()
 
 
-def _plant_job(plant: str) -> type[RunOptions]:
+def _plant_job(plant: str) -> Callable[..., RecordJob]:
     """Return the job of a plant: formulas, of the library too; the user's own matrices; or one that is known."""
     from driftwise.models.formulas import library
     from driftwise.tables.plantfile import sections

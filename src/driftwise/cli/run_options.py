@@ -11,7 +11,6 @@ import typer
 from driftwise import analysis, detect, models
 from driftwise import estimators as families
 from driftwise.cli import specs
-from driftwise.cli.job import RecordJob
 from driftwise.cli.options import Chunk, From, Inputs, Json, TableFile, To, time_option
 from driftwise.engine.bounds import whole
 from driftwise.engine.errors import CommandError, InputError
@@ -34,7 +33,7 @@ def _order(text: str | None) -> int | str | None:
 
 
 @dataclass
-class RunOptions(RecordJob):
+class RunOptions:
     """What `driftwise run` was asked for."""
 
     file: TableFile
@@ -169,6 +168,10 @@ class RunOptions(RecordJob):
     @property
     def outputs(self) -> list[str]:
         return self.output or []
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        return tuple(self.input or ())
 
     @cached_property
     def changed(self) -> list[str]:

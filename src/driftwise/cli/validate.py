@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from driftwise.cli import specs
-from driftwise.cli.job import Job
+from driftwise.cli.job import TableJob
 from driftwise.cli.options import Inputs, Json, Page, TableFile, time_option
 from driftwise.engine.errors import CommandError, InputError
 
@@ -16,7 +16,7 @@ MOST = 200_000  # rows that are held
 
 
 @dataclass
-class ValidateJob(Job):
+class ValidateJob(TableJob):
     """Validate a model on a recorded table: wrong delay, feedback, missing lags, colour, square laws, fresh data.
 
     Each test is at a level of 1 %, and says what to do. Forecasts 1, 5 and 25 samples ahead and simulations of a model
