@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from driftwise_studies.score.motions import crowd, draw, patches, resampled, simulate, wild_starts
+from driftwise_studies.score.motions import crowd, draw, drawing, patches, resampled, simulate, wild_starts
 from driftwise_studies.score.motions.exact import exact, report
 from driftwise_studies.score.motions.field import Total, by_kind, by_trouble
 from driftwise_studies.score.motions.jets import alone, imm
@@ -118,6 +118,12 @@ def test_three_filters_tuned_for_a_turn_follow_it_better_than_one_of_constant_ve
     said = imm(seen.plots.time, seen.plots.position, 20.0, 250.0, grid=(straight, (0.3, 15.0, 25.0, 4.0, 0.97)))
     error = np.sqrt(np.mean((said[10:] - seen.truth[10:, None]) ** 2, axis=(0, 2)))
     assert error[1] < 0.7 * error[0]
+
+
+def test_a_command_line_says_seed_scenes_and_switches():
+    assert drawing.asked("About.", [], scenes=40) == (0, 40)
+    assert drawing.asked("About.", ["--seed", "3", "--patchy"], patchy="dense") == (3, 150, True)
+    assert drawing.asked("About.", [], patchy="dense", far="away") == (0, 150, False, False)
 
 
 def test_a_crowd_has_the_births_the_detections_and_the_clutter_that_it_says():

@@ -9,7 +9,6 @@ Run: python -m driftwise_studies.score.motions.crowd [--seed 0] [--scenes 150] [
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Sequence
 from itertools import pairwise
 from typing import NamedTuple
@@ -20,7 +19,7 @@ from driftwise.tracking.plots import Plots, plots
 from driftwise.tracking.tracker import Tracker
 
 from . import patches
-from .drawing import between
+from .drawing import asked, between
 from .field import number, table
 from .measured import belong
 from .scene import KINDS, Scene, Sensor
@@ -186,12 +185,7 @@ def play(seed: int, scenes: int, patchy: bool = False) -> str:
 
 def main(arguments=None) -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--scenes", type=int, default=150)
-    parser.add_argument("--patchy", action="store_true", help="clutter is dense in places")
-    asked = parser.parse_args(arguments)
-    print(play(asked.seed, asked.scenes, asked.patchy))
+    print(play(*asked(__doc__, arguments, patchy="clutter is dense in places")))
 
 
 if __name__ == "__main__":

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from typing import Any
 
 import numpy as np
 
@@ -77,10 +78,19 @@ def between(rng, span: tuple[float, float]) -> float:
     return float(np.exp(rng.uniform(*np.log(span))))
 
 
-def asked(about: str, arguments=None, seed: int = 0, scenes: int = 150) -> tuple[int, int]:
-    """Return the seed and the number of scenes that a command line asks for; ``about`` is the module's docstring."""
+def asked(about: str, arguments=None, seed: int = 0, scenes: int = 150, **switches: str) -> tuple[Any, ...]:
+    """Return the seed and the number of scenes that a command line asks for, and whether it names each switch.
+
+    Parameters
+    ----------
+    about : the module's docstring
+    arguments : of the command line; those of the process if omitted
+    seed, scenes : what is drawn unless it says otherwise
+    switches : the help of each by its name
+    """
     parser = argparse.ArgumentParser(description=about.splitlines()[0])
     parser.add_argument("--seed", type=int, default=seed)
     parser.add_argument("--scenes", type=int, default=scenes)
-    found = parser.parse_args(arguments)
-    return found.seed, found.scenes
+    for name, text in switches.items():
+        parser.add_argument(f"--{name}", action="store_true", help=text)
+    return tuple(vars(parser.parse_args(arguments)).values())
