@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
+from enum import Enum
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -58,29 +59,46 @@ def parts(fields: list) -> list:
 
 
 # --- rows of AutoMemory and of an average, as they were ---------------------------------------------------------------
-# First: AutoMemory kept two more banks instead of its trials; the mean of an average was by likelihood alone.
-# Second: AutoMemory began once only. Third: louder noise made parameters faster, and AutoMemory's head was shorter. In
-# both, no mean of an average was by regrets. Fourth: the disagreement of its members added nothing to its variance, and
-# across gaps its mean was by likelihood. In all of them, an average kept the logarithms of its weights. Fifth: one
-# variance followed the errors of its predictions, no four; last, it kept weights. Sixth: AutoMemory did not count the
-# samples since an output was missing, and the mean of an average was made of four, one by the regrets of its members.
-# In all but that, a `ScoreCUSUM` without a size kept its ratios one parameter after the other. Seventh: no second start
-# of AutoMemory counted its own outliers.
 
-FORMER = 7
-SHORT_HEAD = 7  # numbers of the head of AutoMemory, in the first three
-GAPLESS_HEAD = 9  # and in the next three
-UNCOUNTED = 1  # numbers that the second start of AutoMemory had less, in all of them
+
+class Form(Enum):
+    """Rows of `AutoMemory`, of an average and of a `ScoreCUSUM` without a size as they were, oldest first.
+
+    Until `NO_SPREAD` an average kept the logarithms of its weights; the ratios of a `ScoreCUSUM` lay one parameter
+    after the other until `ONE_WIDTH`.
+    """
+
+    BANKS = "AutoMemory kept two more banks instead of its trials; the mean of an average was by likelihood alone"
+    ONE_START = "AutoMemory began once only; no mean of an average was by the regrets of its members"
+    SHORT_HEAD = "louder noise made parameters faster, the head of AutoMemory was shorter; means as before"
+    NO_SPREAD = "disagreement added nothing to the variance of an average; across gaps its mean was by likelihood"
+    ONE_WIDTH = "one variance followed the errors of an average, no four; it kept weights, no logarithms"
+    NO_GAPS = "AutoMemory did not count the samples since an output was missing; the mean of an average was of four"
+    NO_OUTLIERS = "no second start of AutoMemory counted its own outliers"
+
+
+def until(last: Form, was: Any, now: Any) -> dict[Form, Any]:
+    """Return ``was`` for each form until the last of which it is true, and ``now`` for those that follow."""
+    forms = list(Form)
+    return {form: was if k <= forms.index(last) else now for k, form in enumerate(forms)}
+
+
+SHORT_HEAD = 7  # numbers of the head of AutoMemory, until louder noise was told from faster parameters
+GAPLESS_HEAD = 9  # and until it counted since when an output was missing
+UNCOUNTED = 1  # numbers that its second start had less, until it counted its outliers
 MEANS, SHAPES = 4, 4  # that an average was made of, and variances that it may have
 TRUSTED, SURE = 1e-4, 60.0  # a regret in y_scale^2, soon outgrown, and so many of them: who has these is trusted alone
 
 
 class Piece(NamedTuple):
-    """Neighbouring numbers of a row: how many there were in each former row, how many there are, what makes them."""
+    """Neighbouring numbers of a row: how many there were in each form, how many there are, what makes these of those.
 
-    before: tuple[int, ...]
+    A form without a maker had the same numbers.
+    """
+
+    before: dict[Form, int]
     now: int
-    again: tuple[Any, ...] = (None,) * FORMER  # functions of the numbers and of this
+    makers: Mapping[Form, Callable[[np.ndarray, Piece], np.ndarray] | None] = {}
     owner: Any = None
 
 
@@ -92,7 +110,7 @@ def rows(estimator, found: np.ndarray) -> np.ndarray:
     """
     found = estimator.carried_over(found)
     pieces = list(_pieces(estimator))
-    for form in range(FORMER):
+    for form in Form:
         if found.ndim and found.shape[-1] == sum(p.before[form] for p in pieces) != sum(p.now for p in pieces):
             return _weighed(estimator, _rows(pieces, form, found))
     return _weighed(estimator, found)
@@ -110,11 +128,11 @@ def _weighed(estimator, found: np.ndarray) -> np.ndarray:
     return now
 
 
-def _rows(pieces: list[Piece], form: int, found: np.ndarray) -> np.ndarray:
+def _rows(pieces: list[Piece], form: Form, found: np.ndarray) -> np.ndarray:
     parts, at = [], 0
     for piece in pieces:
-        part, again = found[..., at : at + piece.before[form]], piece.again[form]
-        parts.append(part if again is None else again(part, piece))
+        part, maker = found[..., at : at + piece.before[form]], piece.makers.get(form)
+        parts.append(part if maker is None else maker(part, piece))
         at += piece.before[form]
     return np.concatenate(parts, axis=-1)
 
@@ -135,9 +153,7 @@ def table(estimator, found: np.ndarray, width: int) -> np.ndarray:
 def fields(estimator) -> list[list]:
     """Return, of each former row, [name, size] of the parts of a state, those of no size left out."""
     all_parts = list(_parts(estimator))
-    sizes = [
-        [(name, sum(piece.before[form] for piece in pieces)) for name, pieces in all_parts] for form in range(FORMER)
-    ]
+    sizes = [[(name, sum(piece.before[form] for piece in pieces)) for name, pieces in all_parts] for form in Form]
     return [[[name, size] for name, size in found if size] for found in sizes]
 
 
@@ -168,13 +184,14 @@ def _parts(estimator) -> Iterator[tuple[str, list[Piece]]]:
             kind, piece = kinds[name]
             kept = [policy for one in estimator.parts for policy in one.policies if isinstance(policy, kind)]
             pieces = [piece(policy, size // len(kept)) for policy in kept]
-        yield name, pieces if sum(p.now for p in pieces) == size else [Piece((size,) * FORMER, size)]
+        yield name, pieces if sum(p.now for p in pieces) == size else [Piece(dict.fromkeys(Form, size), size)]
 
 
 def _mixture(detector, size: int) -> Piece:
     """Return how long the part of a mixture over sizes was and is."""
     m = detector.parameters(size)
-    return Piece((*(size - 3 * m,) * 5, size, size), size, (*(_by_sizes,) * 5, None, None), (int(detector.K), m))
+    last = Form.ONE_WIDTH
+    return Piece(until(last, size - 3 * m, size), size, until(last, _by_sizes, None), (int(detector.K), m))
 
 
 def _by_sizes(was: np.ndarray, piece: Piece) -> np.ndarray:
@@ -201,8 +218,14 @@ def _piece(memory, size: int) -> Piece:
     last = now - UNCOUNTED
     third, fourth = last - (HEAD - SHORT_HEAD), last - (HEAD - GAPLESS_HEAD)
     second = third - second_size(N) + UNCOUNTED
-    before = drift_state_size(N, first), second, third, fourth, fourth, fourth, last
-    return Piece(before, now, (_trials, _second_start, *(_longer_head,) * 4, _counting), memory)
+    before = {
+        **until(Form.NO_GAPS, fourth, last),
+        Form.BANKS: drift_state_size(N, first), Form.ONE_START: second, Form.SHORT_HEAD: third,
+    }  # fmt: skip
+    makers = {
+        **until(Form.NO_GAPS, _longer_head, _counting), Form.BANKS: _trials, Form.ONE_START: _second_start
+    }  # fmt: skip
+    return Piece(before, now, makers, memory)
 
 
 def _average(estimator, size: int) -> Piece:
@@ -212,14 +235,21 @@ def _average(estimator, size: int) -> Piece:
     first = sum(start[name].size for name in start.dtype.names[: start.dtype.names.index("regret")])
     second = first + 2 * members + (MEANS - 2) + 3 * (MEANS - 1)  # two more weights, their errors, regrets of three
     apart = first + 5 * members + (MEANS - 2) + 3 * MEANS  # weights and regrets of members, regrets of four
-    before = first, second, second, apart + 2, apart + 3 + 3 * MEANS, apart + 1 + 3 * MEANS + 4 * SHAPES, size
-    return Piece(before, size, (_alone, _alone, _alone, _of_one_width, _of_one_width, _of_four, None), start)
+    before = {
+        Form.BANKS: first, Form.ONE_START: second, Form.SHORT_HEAD: second, Form.NO_SPREAD: apart + 2,
+        Form.ONE_WIDTH: apart + 3 + 3 * MEANS, Form.NO_GAPS: apart + 1 + 3 * MEANS + 4 * SHAPES, Form.NO_OUTLIERS: size,
+    }  # fmt: skip
+    makers = {
+        **until(Form.SHORT_HEAD, _alone, None), Form.NO_SPREAD: _of_one_width, Form.ONE_WIDTH: _of_one_width,
+        Form.NO_GAPS: _of_four,
+    }  # fmt: skip
+    return Piece(before, size, makers, start)
 
 
 def _begun(was: np.ndarray, piece: Piece) -> tuple[np.ndarray, np.ndarray]:
     """Return what an average keeps, with what it knew of its members: as a row, and by name."""
     now = np.broadcast_to(np.atleast_1d(piece.owner).view(float), (*was.shape[:-1], piece.now)).copy()
-    now[..., : piece.before[0]] = was[..., : piece.before[0]]
+    now[..., : piece.before[Form.BANKS]] = was[..., : piece.before[Form.BANKS]]
     return now, now.view(piece.owner.dtype)[..., 0]
 
 
@@ -234,7 +264,7 @@ def _alone(was: np.ndarray, piece: Piece) -> np.ndarray:
 def _of_members(was: np.ndarray, piece: Piece) -> tuple[np.ndarray, np.ndarray]:
     """Return what an average keeps, with the regrets of its members; they stood behind two more weights of each."""
     now, found = _begun(was, piece)
-    members, at = piece.owner["likely"].size, piece.before[0]
+    members, at = piece.owner["likely"].size, piece.before[Form.BANKS]
     for k, name in enumerate(("regret", "regret_squares", "regret_most")):
         found[name][..., :-1] = was[..., at + (2 + k) * members : at + (3 + k) * members]
     return now, found
@@ -243,7 +273,7 @@ def _of_members(was: np.ndarray, piece: Piece) -> tuple[np.ndarray, np.ndarray]:
 def _of_one_width(was: np.ndarray, piece: Piece) -> np.ndarray:
     """Return what an average keeps, with a width of each variance: it stood before silent."""
     now, found = _of_members(was, piece)
-    at = piece.before[3] - 2
+    at = piece.before[Form.NO_SPREAD] - 2
     found["width"], found["silent"] = was[..., at : at + 1], was[..., at + 1]
     return now
 
@@ -251,7 +281,7 @@ def _of_one_width(was: np.ndarray, piece: Piece) -> np.ndarray:
 def _of_four(was: np.ndarray, piece: Piece) -> np.ndarray:
     """Return what an average keeps, with all its variances, which stood last."""
     now, found = _of_members(was, piece)
-    found["silent"] = was[..., piece.before[3] - 2]
+    found["silent"] = was[..., piece.before[Form.NO_SPREAD] - 2]
     now[..., -4 * SHAPES :] = was[..., -4 * SHAPES :]
     return now
 
@@ -278,7 +308,7 @@ def _second_start(was: np.ndarray, piece: Piece) -> np.ndarray:
     """Return what one `AutoMemory` keeps, which has not begun again; what learns a speed stands last."""
     from ..memory.likelihood_drift import learner_size
 
-    N, third = piece.owner.cap.size, piece.before[2]
+    N, third = piece.owner.cap.size, piece.before[Form.SHORT_HEAD]
     was = np.insert(was, [was.shape[-1] - learner_size(N, N)] * (third - was.shape[-1]), 0.0, axis=-1)
     return _longer_head(was, piece)
 
@@ -294,7 +324,7 @@ def _trials(was: np.ndarray, piece: Piece) -> np.ndarray:
     N = piece.owner.cap.size
     begin, learner = drift_state_size(N), learner_size(N, N)
     filters = begin + SHORT_HEAD + bank_size(N, MODES)
-    now = np.zeros((*was.shape[:-1], piece.before[2]))
+    now = np.zeros((*was.shape[:-1], piece.before[Form.SHORT_HEAD]))
     now[..., :filters] = was[..., :filters]
     now[..., -learner:] = was[..., -learner:]
     head = now[..., begin : begin + SHORT_HEAD]
