@@ -165,6 +165,13 @@ def test_dates_as_spreadsheets_loggers_and_packages_write_them(cell):
     assert is_stamp and not bad.any() and np.datetime64(int(stamps[0]), "ns") == np.datetime64(STAMPS[cell])
 
 
+@pytest.mark.parametrize(
+    ("cell", "kind"), [("Wartung", "text"), ("2018-02-01 12:05", "stamp"), ("13:45", "time of day")]
+)
+def test_blank_cells_settle_nothing(cell, kind):
+    assert kind_of(pa.array([""] * 300 + [cell])) == kind_of(pa.array([None] * 300 + [cell])) == kind
+
+
 @pytest.mark.parametrize("cells", [["1 2 3", "4 5 6"], ["12345678", "12345679"], ["mayor", "marble"], ["20181301"] * 3])
 def test_what_is_no_date(cells):
     assert kind_of(pa.array(cells)) != "stamp"

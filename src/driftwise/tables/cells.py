@@ -280,7 +280,7 @@ def kind_of(column, decimal: str = ".", day_first: bool = True) -> str:
     """Return what a column holds, by its first cells: "number", "stamp", "time of day", "switch" or "text".
 
     >>> import pyarrow as pa
-    >>> [kind_of(pa.array(cells)) for cells in (["1", "x", "2"], ["on", "off"], ["13:45", "13:46"], ["a", "b"])]
+    >>> [kind_of(pa.array(cells)) for cells in (["1", "x", "2"], ["on", "off"], ["13:45", "13:46"], ["", "", "a"])]
     ['number', 'switch', 'time of day', 'text']
     """
     import numpy as np
@@ -289,7 +289,7 @@ def kind_of(column, decimal: str = ".", day_first: bool = True) -> str:
     kind = column.type.value_type if pa.types.is_dictionary(column.type) else column.type
     if pa.types.is_date(kind) or pa.types.is_timestamp(kind):
         return "stamp"
-    column = column.drop_null().slice(0, LOOK)
+    column = (trimmed(column) if is_text(kind) else column).drop_null().slice(0, LOOK)  # blank cells settle nothing
     if 2 * of_day(column)[1] > len(column):
         return "time of day"
     if is_text(column.type) and len(column) and not switched(column)[1].any():
