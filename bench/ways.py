@@ -14,7 +14,7 @@ from .verdicts import Table
 
 COLUMNS = (
     "estimator", "est.update", "raw call", "record, std", "record, innovations",
-    "fleet, order of time", "fleet, order of series", "est.tick",
+    "fleet, order of time", "fleet, order of series", "est.update_batch",
 )  # fmt: skip
 SERIES = 10_000
 
@@ -35,7 +35,7 @@ def verdicts() -> Iterator[Table]:
     text = (
         "Nanoseconds of one core per sample. A raw call is the compiled loop without checks (`est.drive`); a fleet of "
         f"{SERIES} series takes a table through `Fleet.advance`, all series at one instant after the other, or one "
-        "series after the other; `est.tick` takes one sample of each series. Every way gives the same bits."
+        "series after the other; `est.update_batch` takes one sample of each series. Every way gives the same bits."
     )
     yield Table("Nanoseconds per sample", COLUMNS, rows, text)
 

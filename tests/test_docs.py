@@ -74,6 +74,18 @@ def test_links_and_figures_exist(page):
             assert (page.parent / target).exists(), f"{page.name} points to {target}"
 
 
+def test_what_pages_ask_of_estimators_and_traces_is_there():
+    kinds = {
+        kind for name in MODULES for kind in vars(importlib.import_module(name)).values() if isinstance(kind, type)
+    }
+    traces = {name for kind in kinds if kind.__name__.endswith("Trace") for name in dir(kind)}
+    families = {name for kind in kinds if "Estimator" in {k.__name__ for k in kind.__mro__} for name in dir(kind)}
+    for page in PAGES:
+        asked = re.findall(r"\b(trace|est)\.(\w+)\(", page.read_text())
+        gone = [f"{of}.{name}" for of, name in asked if name not in {"trace": traces, "est": families}[of]]
+        assert not gone, f"{page.name} asks for {gone}"
+
+
 def test_public_names_exist_and_are_documented():
     for name in dw.__all__:
         assert (getattr(dw, name).__doc__ or "").strip(), name
