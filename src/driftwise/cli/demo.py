@@ -11,7 +11,7 @@ import typer
 
 from driftwise.cli.automatic import AutomaticJob
 from driftwise.cli.specs import floats
-from driftwise.engine.errors import InputError
+from driftwise.engine.errors import CommandError, InputError
 from driftwise.report.printed import say
 
 OPTIONS = "--output track_deg --input roll_deg --time time_s"
@@ -59,16 +59,19 @@ class SimulateJob:
         "equation"
     )
     missing: Annotated[float, typer.Option(min=0, max=1, help="Fraction of the outputs to lose.")] = 0.0
-    dt: Annotated[float, typer.Option(min=0, help="Seconds between samples.")] = 1.0
+    dt: Annotated[float, typer.Option(help="Seconds between samples.")] = 1.0
     seed: Annotated[int, typer.Option(min=0, help="The same seed gives the same table.")] = 0
 
     def run(self) -> None:
         """Write t, u, y as CSV and say on standard error what the plant is."""
         from driftwise.models.simulation import simulate
 
-        a, b = self._plant()
         names = ("samples", "noise_std", "noise", "direct", "missing", "seed")
-        y, u = simulate(a, b, **{name: getattr(self, name) for name in names})
+        try:
+            a, b = self._plant()
+            y, u = simulate(a, b, **{name: getattr(self, name) for name in names})
+        except InputError as error:
+            raise CommandError(str(error)) from None
         _write(self.file, y, u, self.dt)
         plant = f"a = {', '.join(f'{v:.6g}' for v in a)}"
         if b:
@@ -114,7 +117,7 @@ def _write(file, y, u, dt):
     import pyarrow as pa
     from pyarrow import csv
 
-    data = {"t": np.arange(len(y)) * (dt or 1.0)}
+    data = {"t": np.arange(len(y)) * dt}
     if u is not None:
         data["u"] = u
     data["y"] = pa.array(y, from_pandas=True)

@@ -65,7 +65,10 @@ class ExportJob(Job):
         """Make the estimator, or read it, and write its files."""
         est, state = self._read() if self.what.lower().endswith((".json", ".npz")) else (self._made(), None)
         precision = "single" if self.single else "double"
-        self.files = est.export(self.out, state, language=self.language, name=self.name, precision=precision)
+        try:
+            self.files = est.export(self.out, state, language=self.language, name=self.name, precision=precision)
+        except InputError as error:
+            raise CommandError(str(error)) from None
 
     def tell(self) -> None:
         """Say what was written."""

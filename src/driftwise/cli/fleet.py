@@ -169,8 +169,6 @@ class FleetRunJob(Job):
             raise CommandError("--resume goes on with a run, --replace deletes it: give one of them.")
         refuse_folder("--out", self.out)
         refuse_files([("--json", self.json)], [self.data])
-        if self.dt is not None and not self.dt > 0:
-            raise CommandError(f"--dt must be a positive step of the clock, got {self.dt:g}.")
         if self.dt is not None and self.time is None:
             raise CommandError(
                 "--dt says how far samples lie apart on the clock, but there is no --time; which column?"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import math
 import os
 import signal
 from abc import ABC, abstractmethod
@@ -31,9 +32,7 @@ def add_command(app, name: str, command: type[Command]) -> None:
     hints = get_type_hints(command, include_extras=True)
 
     def call(**options):
-        for name, value in options.items():
-            if isinstance(value, int) and value > (most := bounds.MOST.get(name, bounds.COUNT)):
-                raise CommandError(f"--{name} is at most {most}, got {value}{bounds.why(name)}.")
+        refuse_numbers(options)
         try:
             command(**options).run()
         except KeyboardInterrupt:
@@ -43,6 +42,17 @@ def add_command(app, name: str, command: type[Command]) -> None:
     call.__signature__ = inspect.Signature([p.replace(annotation=hints[p.name]) for p in parameters])  # type: ignore
     call.__annotations__, call.__doc__ = hints, command.__doc__
     app.command(name)(call)
+
+
+def refuse_numbers(options: dict[str, Any]) -> None:
+    """Refuse whole numbers beyond their bound, what is no number, and a step of the clock that time cannot take."""
+    for name, value in options.items():
+        option = f"--{name.replace('_', '-')}"
+        if isinstance(value, int) and value > (most := bounds.MOST.get(name, bounds.COUNT)):
+            raise CommandError(f"{option} is at most {most}, got {value}{bounds.why(name)}.")
+        if isinstance(value, float) and (math.isnan(value) or (name == "dt" and not 0 < value < math.inf)):
+            wanted = "a positive step of the clock" if name == "dt" else "a number"
+            raise CommandError(f"{option} must be {wanted}, got {value:g}.")
 
 
 class Job(ABC):

@@ -207,7 +207,10 @@ class TrackJob(Job):
         if self.listen:
             from driftwise.tracking.sockets import place
 
-            place(self.listen)
+            try:
+                place(self.listen)
+            except InputError as error:
+                raise CommandError(f"--listen: {error}") from None
         if bool(self.listen) == bool(self.inputs):
             raise CommandError(
                 "either files or --listen URL, not both"

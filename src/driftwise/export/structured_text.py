@@ -45,7 +45,7 @@ def check(est) -> None:
     if memory is not None and type(memory).__name__ not in MEMORIES:
         raise InputError(
             f"Structured Text is written for the memories {', '.join(MEMORIES)}, not for {type(memory).__name__}: "
-            "export C instead"
+            "export C instead, or take one of them"
         )
     if est.starting is not None or est.options.get("disturbance") is not None:
         raise InputError("Structured Text is written for estimators without start= and disturbance=: export C instead")

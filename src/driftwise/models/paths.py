@@ -24,7 +24,7 @@ def numbers(name, value) -> np.ndarray:
     except (TypeError, ValueError):
         raise InputError(f"{name} must hold numbers, got {value!r}") from None
     if not np.isfinite(value).all():
-        raise InputError(f"{name} must be finite, got {value!r}; lose samples with missing= or missing_inputs=")
+        raise InputError(f"{name} must be finite, got {value.tolist()}; lose samples with missing= or missing_inputs=")
     return value
 
 

@@ -96,7 +96,7 @@ class Registration:
     def __init__(self, sensors: Sequence[str], sites=None, *, origin=None, reference: str | None = None):
         self.sensors = list(dict.fromkeys(sensors))
         if len(self.sensors) < 2:
-            raise InputError(f"registration needs two sensors or more, got {self.sensors}")
+            raise InputError(f"registration needs two sensors or more, got {', '.join(self.sensors) or 'none'}")
         if reference is not None and reference not in self.sensors:
             raise InputError(f"reference must be one of {', '.join(self.sensors)}, got {reference!r}")
         table: Mapping[str, Site | None] = site_table(sites)
