@@ -7,7 +7,7 @@ from driftwise_studies.score.motions import draw, simulate
 import driftwise as dw
 from driftwise.engine import compile
 from driftwise.engine.dispatch import flatten
-from driftwise.estimators.track import bank, both_ways, remembered
+from driftwise.estimators.track import bank, both_ways, linear, remembered
 
 T, Q, R0 = 12, 0.3, 4.0
 VELOCITY = 100.0  # variance of either end's velocity
@@ -177,3 +177,45 @@ def test_uncompiled_equals_compiled(monkeypatch):
     monkeypatch.setattr(compile, "passage", compile.plain_passage)
     plain = dw.TrackEstimator().smooth(time, plots)
     np.testing.assert_array_equal(plain.table, trace.table)
+
+
+def test_what_comes_from_the_end_has_no_prior_of_its_own():
+    rng, which, r = np.random.default_rng(8), bank.LINES - 1, 2.0
+    row, rate, q = np.zeros(bank.row_size(1)), *bank.STRAIGHT[which]
+    row[bank.at_linear(1, which) + linear.SCALE], prior = 1.0, q * r / (2.0 * rate)
+    for _ in range(5):
+        A = rng.standard_normal((2, 2)) / 10.0
+        information, told = A @ A.T + np.eye(2) / prior, 20.0 * rng.standard_normal(2)  # of plots alone
+        P = np.linalg.inv(information + np.diag([0.0, 1.0 / prior]))
+        x, V = np.append(P @ information @ told, 0.0), np.zeros((3, 3))
+        V[:2, :2] = np.triu(P)
+        k = remembered.take_out_prior(row, 1, which, 1.0, 1e6, np.array([r]), x, V)
+        np.testing.assert_allclose(x[:2], told, rtol=1e-9)
+        np.testing.assert_allclose(V[:2, :2], np.triu(np.linalg.inv(information)), rtol=1e-9, atol=1e-9)
+        at = rng.standard_normal(2)
+        both = [0.5 * np.linalg.slogdet(J)[1] - 0.5 * (at - m) @ J @ (at - m)
+                for J, m in ((np.linalg.inv(P), P @ information @ told), (information, told))]  # fmt: skip
+        assert k == pytest.approx(both[0] + 0.5 * np.log(prior) + 0.5 * at[1] ** 2 / prior - both[1])
+
+
+def test_animals_between_whose_fixes_lie_hours():
+    ratios, held = [], []
+    for number in (34, 41, 45, 73, 84, 116, 120, 215):
+        scene = draw(0, number)
+        seen = simulate(scene)
+        given = seen.plots.time, seen.plots.position, seen.plots.covariance if scene.stated else None
+        est = dw.TrackEstimator(scene.kind.told)
+        errors = [rms((trace.position - seen.truth)[10:]) for trace in (est.scan(*given), est.smooth(*given))]
+        trace = est.smooth(*given)
+        ratios.append(errors[1] / errors[0])
+        held.append(np.mean(np.abs(trace.velocity - seen.velocity) < 1.96 * trace.velocity_sd))
+    assert np.median(ratios) < 1.35 and np.mean(held) > 0.55  # 1.65 and .38 while who is silent was listened to
+
+
+def test_a_place_that_plots_repeat_is_known_to_its_cell():
+    rng, step = np.random.default_rng(5), 20.0
+    path = np.concatenate([np.zeros(60), 1.5 * np.arange(60.0)])[:, None] * np.array([1.0, 0.4]) + [7.0, 3.0]
+    y = step * np.round((path + rng.standard_normal(path.shape)) / step)
+    trace = dw.TrackEstimator("boat").smooth(np.arange(120.0), y)
+    assert trace.position_sd[10:50].min() > 0.99 * step / np.sqrt(12)
+    assert np.mean(np.abs(trace.position - path) < 1.96 * trace.position_sd) > 0.9

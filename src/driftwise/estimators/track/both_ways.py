@@ -3,8 +3,8 @@
     pair (i, j)     x = xi + Pi (Pi + Pj)^-1 (xj - xi),   P = Pi - Pi (Pi + Pj)^-1 Pi
     its weight      wi uj p(i, j) N(xi - xj; 0, Pi + Pj)^rate, over positions and velocities
 
-i is a member after the plots up to the instant, j one that comes from the end of the record, before the instant's plot.
-The smoothed state is the mixture of all pairs.
+i is a member after the plots up to the instant, j one that comes from the end of the record, before the instant's plot
+and without what it thought of velocities beforehand (`remembered`). The smoothed state is the mixture of all pairs.
 
 Two-filter smoothing (Fraser and Potter 1969), of jumping models (Helmick, Blair and Hoffman 1995).
 """
@@ -23,7 +23,7 @@ class BothWays(NamedTuple):
     """How two passes are joined."""
 
     coordinates: float
-    rate: float  # what the agreement of a pair counts
+    rate: float  # what the agreement of a pair counts: as the evidence of a plot
     stay: float  # log odds of the same member before and after, against any other
 
 

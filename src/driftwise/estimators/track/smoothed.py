@@ -12,7 +12,6 @@ from ...engine.dispatch import flatten
 from ...engine.status import Status
 from . import bank, both_ways, linear, remembered, step
 
-RATE = 0.5  # what the agreement of two members counts: as the evidence of a plot
 STAY = 2.0  # log odds of the same member before and after an instant
 WILD = 5.0  # deviations off what either side expects: a wild plot
 ROUNDS = 8  # of looking for wild plots
@@ -137,9 +136,21 @@ def _join(est, table, front: Way, back: Way, y) -> None:
     places = [bank.of_coordinate(C, bank.FIRST, c) for c in range(C)]
     for c, place in enumerate(places):  # both count from their own first plot
         members[:, 1 + 3 * c :: size] += back.row[place] - front.row[place]
-    spec = flatten([both_ways.BothWays(C, RATE, STAY)])
+    spec = flatten([both_ways.BothWays(C, est.task.rate, STAY)])
     past, origin = np.ascontiguousarray(front.table[:, width:]), np.ascontiguousarray(front.row[places])
     compile.passage(both_ways.BothWays)(past, members, np.empty(both_ways.room(C)), table, origin, spec)
+    _widen_cells(C, table, front, y)
+
+
+def _widen_cells(C, table, front: Way, y) -> None:
+    """Give a place that plots repeat at least the variance of a place within a cell of its lattice: one error."""
+    again = y[1:] == y[:-1]
+    is_still = np.vstack([again, np.zeros((1, C), bool)]) | np.vstack([np.zeros((1, C), bool), again])
+    j, k = np.triu_indices(3 * C)
+    for c in range(C):
+        at = bank.sample_at(C).covariance + int(np.flatnonzero((j == 3 * c) & (k == 3 * c))[0])
+        step = front.row[bank.of_coordinate(C, bank.GRAIN, c)]
+        table[:, at] = np.where(is_still[:, c], np.maximum(table[:, at], step**2 / 12.0), table[:, at])
 
 
 def _mark(est, table, position, y) -> None:

@@ -68,10 +68,13 @@ def run(seed: int, number: int, lag: int | None) -> Smoothed | None:
     def error(value, true):
         return float(np.sqrt(np.mean((value - true)[FIRST:] ** 2)))
 
+    def ratio(name, true):
+        smoothed, before = error(getattr(trace, name), true), error(getattr(filtered, name), true)
+        return 1.0 if smoothed == before else smoothed / before if before > 0.0 else np.inf  # both 0 at rest in a cell
+
     told = (trace.status & int(Status.OUTLIER)) != 0
     return Smoothed(
-        scene.name, error(trace.position, truth) / error(filtered.position, truth),
-        error(trace.velocity, moving) / error(filtered.velocity, moving),
+        scene.name, ratio("position", truth), ratio("velocity", moving),
         held(trace.position, trace.position_sd, truth), held(trace.velocity, trace.velocity_sd, moving),
         held(filtered.position[FIRST:], filtered.position_sd[FIRST:], truth[FIRST:]),
         int(wild.sum()), int((wild & told).sum()), int((told & ~wild).sum()), len(plots),
