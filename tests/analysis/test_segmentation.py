@@ -247,6 +247,26 @@ def test_a_short_record_has_short_ends_in_which_nothing_is_told():
     assert jump.kind == LEVEL and abs(jump.at - 20) < 3
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_the_noise_of_a_short_record_is_told_and_dated_near_its_end(seed):
+    """With 30 samples at each end it was dated before 70, by an interval that did not reach 84, or not told."""
+    rng = np.random.default_rng(seed)
+    u, e = rng.standard_normal(100), rng.standard_normal(100) * np.where(np.arange(100) >= 84, 0.4, 0.1)
+    (jump,) = found(lfilter([0.0, 0.5], [1.0, -0.5], u) + e, u[:, None])
+    assert jump.kind == NOISE and abs(jump.at - 84) < 5 and jump.interval[0] - 1 <= 84 <= jump.interval[1] + 1
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_sensor_that_sticks_while_the_input_rests_is_no_change(seed):
+    """No other column moves meanwhile, so the table does not call it stuck; its end seemed a step of the level."""
+    rng = np.random.default_rng(seed)
+    u = np.repeat(rng.choice([-1.0, 0.0, 1.0, 2.0], 16), 50)
+    u[350:450] = np.repeat([-1.0, 2.0], 50)
+    y = lfilter([0.0, 0.1], [1.0, -0.9], u) + 0.05 * rng.standard_normal(800)
+    y[402:440] = y[402]
+    assert found(y, u[:, None]) == []
+
+
 def resting(at: int, seed: int, level=0.0):
     """Return y, u of a plant whose gain doubles, and 14 samples before whose level jumps; u rests from 600 to 639."""
     rng = np.random.default_rng(seed)

@@ -17,6 +17,7 @@ from driftwise.tables.cleaning import Cleaner, believe, doubtful
 from driftwise.tables.column_roles import parse
 from driftwise.tables.recognise import recognise
 from driftwise.tables.sampling import LATE, LONGEST_GAP, RESTART_ROWS, Regular, Sampling, judge_sampling
+from driftwise.tables.stuck_sensor import still
 from driftwise.tables.table import open_table
 
 NaN = np.nan
@@ -314,6 +315,18 @@ def test_what_rests_for_good_reasons_is_not_stuck():
     y[at] = y[400]
     u[at] = 0.0
     assert not recognise({"valve": u, "level": y})["level"].stuck  # nothing moved meanwhile
+
+
+def test_readings_that_repeat_themselves_say_nothing_where_noise_stops_or_they_end_by_a_leap():
+    white = np.random.default_rng(4).standard_normal(1500)
+    white[1400:1440] = white[np.argmin(abs(white))]
+    assert [one[:2] for one in still(white)] == [(1400, 1440)]
+    turned = np.sin(np.arange(1500) / 20)  # without noise
+    held = turned.copy()
+    held[460:560] = held[460]
+    assert [one[:2] for one in still(held)] == [(460, 560)]
+    rests = np.concatenate([turned[:461], np.full(100, turned[460]), turned[461:]])
+    assert still(rests) == [] and still(held[:550]) == [] and still(turned) == []
 
 
 def test_days_of_a_spreadsheet_are_days():

@@ -11,11 +11,10 @@ from typing import NamedTuple
 import numpy as np
 
 from ..models.filtering import filter_rows, linear_filter
-from .noise_jumps import LEAST
+from .noise_jumps import EDGE, LEAST
 from .response import Response
 from .response_record import delayed, huber, long_run, long_run_of
 
-EDGE = 8  # part of a short record at its ends, in which no change is looked for; of others `LEAST` samples
 APART = 10  # samples between two changes
 PLACES, NEAR = 64, 64  # at which a change is looked for, and about the likeliest of them
 LONG = 8192  # samples from which on changes are dated by scores alone, and outliers are no question: fits take long

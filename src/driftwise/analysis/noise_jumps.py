@@ -12,9 +12,10 @@ import numpy as np
 from .response import Response
 from .response_record import HUBER, local_size, long_run
 
-LEAST = 30  # samples of a piece at least
+LEAST, EDGE = 30, 8  # samples of a piece, and at the ends of a record, at least; of a short one this part of it
 SURE = math.log(100.0)  # log odds from which a jump is told
 PIECES = 20  # jumps that are told at most
+CUT = 3.0  # deviations of its surroundings beyond which a sample counts no more: a short louder stretch is beyond HUBER
 
 
 class NoiseJump(NamedTuple):
@@ -30,13 +31,14 @@ class NoiseJump(NamedTuple):
 def noises(now: Response) -> list[NoiseJump]:
     """Return the jumps of the noise that is left."""
     r, rows = now.left * now.sigma[now.rows], now.rows
+    least = min(LEAST, len(r) // EDGE)
     found: list[NoiseJump] = []
-    pieces = [(0, len(r))]
+    pieces = [(0, len(r))] if len(r) > 2 * LEAST else []
     while pieces and len(found) < PIECES:
         a, b = pieces.pop()
-        if b - a <= 2 * LEAST:
+        if b - a <= 2 * least:
             continue
-        odds, at, (low, high) = _noise(r[a:b], LEAST, now.record.floor)
+        odds, at, (low, high) = _noise(r[a:b], least, now.record.floor)
         odds -= math.log(2 + len(now.b))
         if odds > SURE:
             ends = int(rows[a + low]), int(rows[a + high])
@@ -66,7 +68,7 @@ def noisy(now: Response) -> Response:
 
 def _noise(r, margin: int, floor: float) -> tuple[float, int, tuple[int, int]]:
     """Return log odds, place and interval of another variance; what stands out of its surroundings is cut off."""
-    limit = HUBER * local_size(r, floor)
+    limit = CUT * local_size(r, floor)
     r = np.clip(r, -limit, limit)
     n, k = len(r), np.arange(1, len(r))
     total = np.cumsum(r**2)
@@ -80,12 +82,17 @@ def _noise(r, margin: int, floor: float) -> tuple[float, int, tuple[int, int]]:
 
 
 def _odds(gain, margin: int) -> tuple[float, int, tuple[int, int]]:
-    """Return log odds of a jump somewhere, the likeliest place, and 95 % of the places."""
+    """Return log odds of a jump somewhere, the likeliest place, and 95 % of the places.
+
+    The size of a jump is told by the samples before and after: it costs what as many samples as their harmonic mean
+    say of it.
+    """
     n = len(gain)
-    inside = gain[margin : n - margin]
+    k = np.arange(margin, n - margin)
+    inside = gain[margin : n - margin] - 0.5 * np.log(k * (n - k) / n)
     best = float(inside.max())
     weight = np.exp(inside - best)
     share = np.cumsum(weight) / weight.sum()
     low, high = (margin + int(np.searchsorted(share, q)) for q in (0.025, 0.975))
-    odds = best + math.log(weight.sum() / len(inside)) - 0.5 * math.log(n)
+    odds = best + math.log(weight.sum() / len(inside))
     return odds, margin + int(np.argmax(inside)), (low, min(high, n - margin - 1))

@@ -10,6 +10,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from ..engine.validation import deviation
 from ..models.regression import CLEAR, TOLD, solved
+from ..tables.stuck_sensor import still
 from .held_model import filled
 
 HUBER, FAR = 2.5, 5.0  # deviations beyond which a sample counts less, beyond which it is an outlier
@@ -33,8 +34,13 @@ class Record:
 
 
 def recorded(y, u) -> tuple[Record, float, np.ndarray, np.ndarray]:
-    """Return y (T,) and u (T, k) about their medians in units of their deviations; the deviations; the middles of u."""
-    y = np.asarray(y, float)
+    """Return y (T,) and u (T, k) about their medians in units of their deviations; the deviations; the middles of u.
+
+    Readings that repeat themselves as no others do are the sensor's, not the plant's: they count as missing.
+    """
+    y = np.array(y, float)
+    for one in still(y):
+        y[one.start : one.stop] = np.nan
     u = np.column_stack([filled(x) for x in u.T]) if u.shape[1] else np.zeros((len(y), 0))
     seen = y[np.isfinite(y)]
     y_scale, u_scale = deviation(seen) or 1.0, np.array([deviation(x) or 1.0 for x in u.T])

@@ -102,8 +102,14 @@ class Hindsight(NamedTuple):
         share, factors, z = 1 / EDGE, np.linspace(1.05, 10.0, 200), r**2 / max(float(np.mean(r**2)), 1e-300) - 1
         gain = 0.5 * n * (np.log(1 - share + share * factors**2) - share * np.log(factors**2))
         enough = np.flatnonzero(gain / max(long_run(z) / 2, 1.0) > need + SURE)
-        noise = float(factors[enough[0]]) if len(enough) else math.inf
+        noise = beside_rounding(now, float(factors[enough[0]])) if len(enough) else math.inf
         return Visible(sizes[0] * self.y_scale, tuple(sizes[1:]), noise)
+
+
+def beside_rounding(now: Response, factor: float) -> float:
+    """Return by what factor the noise itself falls where all that is left falls by one: rounding stays as it is."""
+    share = min(now.record.floor**2 * float(now.white @ now.white) / float(np.median(now.sigma)) ** 2, 1.0)
+    return math.sqrt((1 - share) / (factor**-2 - share)) if share < factor**-2 else math.inf
 
 
 def is_sudden(now: Response, part: str, j: int, where: Place) -> bool:
@@ -112,10 +118,19 @@ def is_sudden(now: Response, part: str, j: int, where: Place) -> bool:
 
 
 def unseen(jump: Jump, seen) -> Jump:
-    """Return a jump that showed at one of the samples ``seen`` dated between it and the one before, in its middle."""
-    k, (low, high) = int(np.searchsorted(seen, jump.at)), jump.interval
-    first = int(seen[k - 1]) + 1 if k else jump.at
-    return jump._replace(at=(first + jump.at) // 2, interval=(min(low, first), max(high, jump.at)))
+    """Return a jump that showed at one of the samples ``seen`` dated between it and the one before, in its middle.
+
+    So is the first end of its interval: what showed there at the earliest came after the sample before.
+    """
+    low, high = jump.interval
+    first, earliest = (after_the_one_before(seen, at) for at in (jump.at, low))
+    return jump._replace(at=(first + jump.at) // 2, interval=(min(earliest, first), max(high, jump.at)))
+
+
+def after_the_one_before(seen, at: int) -> int:
+    """Return the sample that follows the last of those ``seen`` before another one."""
+    k = int(np.searchsorted(seen, at))
+    return int(seen[k - 1]) + 1 if k else at
 
 
 def hindsight(y, *readings) -> Hindsight | None:

@@ -10,7 +10,7 @@ LEAST = 12  # equal readings in a row
 SILENT = 10  # rows from one of them to the next, at most: what is missing in between says nothing else
 MOVES = 0.3  # share of the rows, elsewhere, in which the sensor reads something new
 LONGER = 4  # times as long as any other run of equal readings: a sensor that is written in steps has some
-TURNS = 0.05  # share of them in which it turns round: a ramp does not, noise does
+TURNS, NOISY = 0.05, 0.3  # share of them in which it turns round: a ramp does not, noise does; white noise 2/3
 REST = 0.3  # share of the readings that must be elsewhere
 WITNESS = 0.2  # of the range of another column, which it must cross meanwhile
 
@@ -52,21 +52,45 @@ def stuck(values, others) -> list[Segment]:
 
     Bad at: sensors that move seldom, and segments in which nothing else is known to move.
     """
+    found, steps = _alike(values)
+    is_noisy = _turns(steps) >= TURNS
+    return found if is_noisy and any(_moved(other, one) for one in found for other in others) else []
+
+
+def still(values) -> list[Segment]:
+    """Return the segments in which a column (T,) says nothing of what it measures, judged by itself.
+
+    It repeats itself there as a stuck sensor does, while elsewhere noise turns it round at every third row, or leaves
+    by a step larger than any other: a plant at rest does not.
+    """
+    found, steps = _alike(values)
+    if not found or _turns(steps) >= NOISY:
+        return found
+    edges, rows, read = _runs(values)
+    at = np.searchsorted(rows[edges[1:] - 1], [one.stop - 1 for one in found]) + 1
+    if at[-1] > len(edges) - 2:
+        return []
+    leaps = abs(read[edges[at]] - [one.value for one in found])
+    return found if leaps.min() > abs(steps).max() else []
+
+
+def _alike(values) -> tuple[list[Segment], np.ndarray]:
+    """Return the segments in which a column (T,) repeats one reading as nowhere else, and its steps from row to row."""
     values = np.asarray(values, float)
-    rest = np.isfinite(values)
+    found, rest = repeats(values, _least(values)), np.isfinite(values)
     readings = np.count_nonzero(rest)
-    found = repeats(values, _least(values))
     for one in found:
         rest[one.start : one.stop] = False
     if not found or np.count_nonzero(rest) < max(REST * readings, 2 * LEAST):
-        return []
-    steps = np.diff(values[rest])
-    if not steps.size or np.mean(steps != 0) < MOVES or np.mean(steps[1:] * steps[:-1] < 0) < TURNS:
-        return []
-    low, high = values[rest].min(), values[rest].max()
-    levels = {one.value for one in found}
-    is_rest = len(levels) < len(found) or min(levels) <= low or max(levels) >= high
-    return [] if is_rest or not any(_moved(other, one) for one in found for other in others) else found
+        return [], np.zeros(0)
+    steps, levels = np.diff(values[rest]), {one.value for one in found}
+    is_rest = len(levels) < len(found) or min(levels) <= values[rest].min() or max(levels) >= values[rest].max()
+    return ([], steps) if is_rest or np.mean(steps != 0) < MOVES else (found, steps)
+
+
+def _turns(steps) -> float:
+    """Return the share of steps that turn round."""
+    return float(np.mean(steps[1:] * steps[:-1] < 0)) if len(steps) > 1 else 0.0
 
 
 def _least(values) -> int:
