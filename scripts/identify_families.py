@@ -24,7 +24,8 @@ from driftwise.analysis.candidates import Candidate
 from driftwise.analysis.forecast_summary import ForecastSummary
 from driftwise.analysis.forecast_verdicts import LEVEL
 from driftwise.analysis.identifier import Identifier
-from driftwise.analysis.residual_tests import feedback
+from driftwise.analysis.residual_tests import echoed, feedback
+from driftwise.analysis.validation_verdicts import SURE
 
 FAMILIES = ("AR", "ARX", "ARMAX", "OE")
 TO_COME, SETTLE = 3000, 100
@@ -40,6 +41,8 @@ class Draw(NamedTuple):
     noise_std: float
     true: Candidate
     fed_back: float = 0.0  # share of the input's variance that comes of the noise, by a controller
+    noise: np.ndarray | None = None  # of y, beside its level and what the input does
+    rho: float = 0.0  # of the excitation, from sample to sample
 
 
 class Outcome(NamedTuple):
@@ -110,8 +113,10 @@ def draw(family: str, rng, longest: int = 0, is_closed: bool = False) -> Draw:
     nk = int(rng.integers(1, 3)) if family == "ARX" else 1
     nk = int(rng.integers(1, longest + 1)) if longest else nk
     B = np.concatenate([np.zeros(nk), rng.standard_normal(n)])
-    binary, coloured = rng.choice([-1.0, 1.0], size), lfilter([1], [1, -rng.uniform(0, 0.9)], rng.standard_normal(size))
-    u, e = binary if rng.random() < 0.5 else coloured, rng.standard_normal(size)
+    binary, rho = rng.choice([-1.0, 1.0], size), float(rng.uniform(0, 0.9))
+    coloured = lfilter([1], [1, -rho], rng.standard_normal(size))
+    u, rho = (binary, 0.0) if rng.random() < 0.5 else (coloured, rho)
+    e = rng.standard_normal(size)
     noise = {"AR": ([1], A), "ARX": ([1], A), "OE": ([1], [1])}.get(family, (C, A))
     x, v = lfilter(B, A, u), lfilter(*noise, e)
     std = 1.0 if family == "AR" else float(x.std() / v.std() / np.sqrt(10 ** rng.uniform(0, 2)))
@@ -124,7 +129,14 @@ def draw(family: str, rng, longest: int = 0, is_closed: bool = False) -> Draw:
     y = v if family == "AR" else x + std * v
     y = y + rng.uniform(-20, 20) * y.std() if longest else y
     true = Candidate(family, orders, int(family != "AR"), 1.0)
-    return Draw(y, None if family == "AR" else u, samples, std, true, fed_back)
+    return Draw(y, None if family == "AR" else u, samples, std, true, fed_back, std * v, rho)
+
+
+def names_feedback(d: Draw) -> bool:
+    """Say whether `validate` names the feedback into the input of a draw."""
+    y, u = d.y[: d.samples], d.u[: d.samples]
+    (back,) = feedback(y, u[:, None], LEVEL, [True])
+    return bool(back.largest > back.limit or echoed(y, u) > SURE)
 
 
 def outcome(seed: int, longest: int = 0, loops: int = 0) -> Outcome:
@@ -154,8 +166,7 @@ def outcome(seed: int, longest: int = 0, loops: int = 0) -> Outcome:
     too = f"Joint({d.true.orders['nc']})" if family == "ARMAX" else d.true.name
     is_named = False
     if loops and d.u is not None:
-        (back,) = feedback(d.y[:T], d.u[:T, None], LEVEL, [True])
-        is_named = bool(back.largest > back.limit)
+        is_named = names_feedback(d)
     return Outcome(
         family, d.true.name, too, chosen.name, T, loss(chosen), loss(d.true), forecast.coverage, d.fed_back, is_named
     )  # fmt: skip

@@ -8,7 +8,7 @@ import pytest
 import driftwise as dw
 from driftwise.analysis.delays import DelayScan, lagged, lagged_products, longest_delay, shown_delays
 from driftwise.analysis.held_model import HeldModel
-from driftwise.analysis.residual_tests import feedback, is_computed
+from driftwise.analysis.residual_tests import echoed, feedback, is_computed
 from driftwise.engine.errors import InputError
 from driftwise.models.curves import modes, step_response
 
@@ -78,6 +78,31 @@ def test_an_answer_to_slow_noise_is_feedback():
             u[t] = rng.standard_normal() - 2 * share * y[t - 1]
         told += feedback(y, u[:, None], 0.99, [True])
     assert told[0].largest < told[0].limit and told[1].largest > 1.3 * told[1].limit
+
+
+def test_an_answer_to_the_response_alone_is_feedback_and_an_echo_of_its_own_is_none():
+    """The noise is a thousandth of the input, but its echo is just the plant's; an echo by another law is no loop."""
+    rng = np.random.default_rng(7)
+    e, v, own = rng.standard_normal((3, 3000))
+    y, u, w = np.zeros(3000), e.copy(), own.copy()
+    for t in range(1, 3000):
+        y[t] = 0.8 * y[t - 1] + 0.4 * u[max(t - 9, 0)] + 0.1 * v[t]
+        u[t] -= 0.3 * y[t - 1]
+        w[t] -= 0.5 * w[max(t - 17, 0)]
+    (back,) = feedback(y, u[:, None], 0.99, [True])
+    assert back.largest < back.limit and echoed(y, u) > 50
+    found = validated(dw.ARX(1, 1, 9), y, u)
+    assert next(v.advice for v in found.verdicts if v.name == "feedback").startswith("feedback: u answers the output")
+    follows = np.convolve(np.roll(w, 3), 0.8 ** np.arange(60))[:3000] + 0.1 * v
+    assert echoed(follows, w) < 0
+
+
+@pytest.mark.parametrize("period", [5, 40])
+def test_an_input_that_is_held_answers_nothing(period):
+    rng = np.random.default_rng(8)
+    u = np.repeat(rng.choice([-1.0, 1.0], 3000), period)[:3000]
+    y = np.convolve(np.append(0.0, u), 0.9 ** np.arange(100))[:3000] + 0.3 * rng.standard_normal(3000)
+    assert echoed(y, u) < 0
 
 
 def test_two_valued_and_held_inputs_are_not_computed():

@@ -23,6 +23,7 @@ MOVES = 30.0  # of an input, below which nothing is told by it
 FAINT = 0.05  # a correlation below is no matter, however long the record
 EXACT = 1e-4  # of the size of what is new in an input: what an input that was computed leaves unexplained
 CLIP = 4.0  # deviations
+LAWS, FEW = (0, 1, 2, 3, 5, 8, 13, 20, 30, 45, 70, 100), 4  # own past samples of an input; how many of these are few
 
 
 class Correlated(NamedTuple):
@@ -150,6 +151,43 @@ def feedback(y, u, level: float, is_late) -> list[Correlated]:
         both = [correlate(new, left, lags, level ** (1 / len(pairs))) for new, left in pairs]
         found.append(max(both, key=lambda c: c.largest / c.limit if c.is_known else -1.0))
     return found
+
+
+def echoed(y, u) -> float:
+    """Return the log odds that an input u (T,) answers y one or two samples ago, to those that it has a law of its own.
+
+    `feedback` asks what the own past of the input leaves, so that the response of y to it is none: an input that nobody
+    steers may echo itself as late as the plant does. But one that is steered has the echo of just this plant: of y one
+    number tells it, of its own past many. Both are weighed by Schwarz's criterion; laws of its own are its last
+    samples, however many, and a few with an echo wherever that is likeliest. Bad at: several inputs, as y is then the
+    short way to say how one follows another.
+    """
+    deep = min(max(PAST, longest_delay(y)), len(u) // 20)
+    own, past = lagged(u, range(1, deep + 1)), lagged(clipped(y - np.nanmedian(y)), (1, 2))
+    use = np.isfinite(own).all(axis=1) & np.isfinite(past).all(axis=1) & np.isfinite(u)
+    target, own, past, n = u[use], own[use], past[use], int(use.sum())
+    if deep < FEW or n < 20 * FEW or moves(prewhitened(u)) < MOVES:
+        return -math.inf
+
+    def price(left, many: int) -> float:
+        return n * math.log(float(np.nanmean(left * left)) + 1e-300) + many * math.log(n)
+
+    some = [q for q in LAWS if q <= min(deep, n // 10)]
+    alone = {q: regressed(target, own[:, :q]) for q in some}
+    found = [price(left, q) for q, left in alone.items()]
+    for q in some[:FEW]:
+        at = int(np.argmax(abs(np.nan_to_num(alone[q]) @ own[:, q:])))
+        beside = own[:, [*range(q), *range(max(q + at - 1, q), min(q + at + 2, deep))]]
+        found.append(price(regressed(target, beside), beside.shape[1] + 1))
+    best = -math.inf
+    for q in some[:FEW]:
+        for j in (1, 2):
+            with_y = price(regressed(target, np.hstack([own[:, :q], past[:, :j]])), q + j)
+            new = np.column_stack([regressed(x, own[:, :q]) for x in past[:, :j].T])
+            s = new / np.abs(new).max() * alone[q][:, None]
+            answer = 0.5 * float(s.sum(axis=0) @ np.linalg.lstsq(s.T @ s, s.sum(axis=0), rcond=None)[0])
+            best = max(best, min(0.5 * (min(found) - with_y), answer - 0.5 * j * math.log(n)))
+    return best
 
 
 def is_computed(y, u) -> bool:

@@ -11,6 +11,7 @@ from ..results.sentences import (
     colour_words,
     computed_words,
     delay_words,
+    echo_words,
     feedback_words,
     loop_words,
     missing_lag_words,
@@ -19,7 +20,7 @@ from ..results.sentences import (
 from ..results.verdicts import Verdict
 from .delays import SURE, DelayScan, longest_delay
 from .forecast_verdicts import LEVEL, whiteness_verdict
-from .residual_tests import LAGS, Correlated, feedback, is_computed, missing_lags, squares
+from .residual_tests import LAGS, Correlated, echoed, feedback, is_computed, missing_lags, squares
 
 GAIN = 0.005  # of the squared residuals: what another delay takes off at least
 
@@ -103,6 +104,8 @@ def _feedback(r: Residuals, i: int, back: Correlated) -> Verdict:
         return Verdict("feedback", math.inf, limits, False, computed_words(name))
     if not back.is_known:
         return Verdict("feedback", math.nan, limits, True, f"{name} moves too seldom to tell")
+    if is_fine and len(r.names) == 1 and (odds := echoed(r.y, r.u[:, i])) > SURE:
+        return Verdict("feedback", odds, (-math.inf, SURE), False, echo_words(name))
     words = feedback_words(name, back.at, back.without(0) > back.limit, is_fine)
     return Verdict("feedback", back.largest, limits, is_fine, words)
 

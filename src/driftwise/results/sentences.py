@@ -302,6 +302,14 @@ def feedback_words(name: str, at: int, is_past: bool, is_fine: bool) -> str:
     )
 
 
+def echo_words(name: str) -> str:
+    """Return that an input answers all of the output, although nothing of its noise is heard in it."""
+    return (
+        f"feedback: {name} answers the output of one or two samples ago, though hardly any noise comes back that way; "
+        "keep nk >= 1, a noise model that fits, and move the set point"
+    )
+
+
 def computed_words(name: str) -> str:
     """Return that an input is computed from the output."""
     return (
