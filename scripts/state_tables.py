@@ -31,6 +31,7 @@ from driftwise.memory.bank import BANK
 from driftwise.memory.bayesian_change_point import CHANGE_POINT, HYPOTHESIS
 from driftwise.memory.likelihood_drift import LEARNER
 from driftwise.memory.modes import MODE
+from driftwise.memory.robust_start import ROWS
 from driftwise.memory.second_start import SECOND
 from driftwise.memory.suspicion import SUSPICION
 from driftwise.memory.trial_state import TRIAL
@@ -67,6 +68,7 @@ MEMORIES = {
     "`AutoMemory`, its own": AUTO,
     "`suspicion` of `AutoMemory`": SUSPICION,
     "`second` of `AutoMemory`": SECOND,
+    "`rows` of `AutoMemory`": ROWS,
     "`trial` of `AutoMemory`": TRIAL,
     "`Window`": WINDOW,
     "`BayesianChangePoint`": CHANGE_POINT,

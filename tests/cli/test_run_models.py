@@ -165,7 +165,7 @@ def test_a_jump_is_named_dated_and_drawn_against_its_threshold(call, tmp_path):
             ["--model", "armax:2,1,1", "--smooth", "all"],
             "--smooth is for ar, arx, regression, whose regressors are data",
         ),
-        (["--model", "arx:400,400"], "AutoMemory of 1201 parameters keeps 8.8e+08 numbers"),
+        (["--model", "arx:400,400"], "AutoMemory of 1201 parameters keeps 8.9e+08 numbers"),
         (["--model", "arx:2,1", "--memory", "auto:drift"], "expect must be one of both, outliers, jumps"),
         (
             ["--model", "arx:2,1", "--memory", "imm:3"],

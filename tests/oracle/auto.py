@@ -247,6 +247,49 @@ class Second:
         return self.score > 5 and not (running and self.score < max(trial.found[1:]) - trial.beside + 5)
 
 
+class Rows:
+    """Of one series: the last 3 n + 10 rows, the next in place of the oldest, and which of them agree."""
+
+    def __init__(self, n):
+        self.taken, self.psi, self.y = 0, np.zeros((3 * n + 10, n)), np.zeros(3 * n + 10)
+
+    def keep(self, row, y):
+        k = self.taken % len(self.y)
+        self.psi[k], self.y[k], self.taken = row, y, self.taken + 1
+
+    def agreeing(self, inverse):
+        """Least trimmed squares from every third stretch of n + 2 rows, then twice those within four deviations."""
+        B, n = self.psi.shape
+        h, best = int(0.55 * B), (np.inf, None)
+
+        def squares(who):
+            A = self.psi[who].T @ self.psi[who] + np.diag(1e-6 / inverse.astype(float))
+            return (self.y - self.psi @ np.linalg.solve(A, self.psi[who].T @ self.y[who])) ** 2
+
+        for k in range(0, B - n - 1, 3):
+            r2 = squares(slice(k, k + n + 2))
+            for _ in range(2):
+                r2 = squares(r2 <= np.sort(r2)[h - 1])
+            best = min(best, (np.sort(r2)[:h].sum(), r2), key=lambda found: found[0])
+        r2, limit = best[1], 16 * best[0] / h * B / (B - n) / 0.176
+        for _ in range(2):
+            r2 = squares(r2 <= limit)
+            limit = 16 * r2[r2 <= limit].sum() / max((r2 <= limit).sum() - n, 1)
+        return r2 <= limit
+
+    def begin(self, second, inverse, learnt):
+        """A filter that begins with those that agree, if some do not."""
+        agree = self.agreeing(inverse)
+        if agree.all():
+            return None
+        for k in np.roll(np.arange(len(agree)), -(self.taken % len(agree))):
+            if agree[k]:
+                row, y = self.psi[k].astype(np.longdouble)[None], np.array([self.y[k]], np.longdouble)
+                second.filter, _ = update(second.filter, row, y, learnt, 0.0)
+        second.age, second.struck = self.psi.shape[1] + 10, 0.2 * (~agree).sum()
+        return second
+
+
 def shy(bank, eta):
     """theta, P and sigma^2 of a bank whose mean is weighed by what is at stake."""
     slow, pace, say = bank.w[:, 0], np.exp(eta.mean() / 2), bank.w * 1.0
@@ -283,6 +326,14 @@ def run_auto(y, psi, phi, told=None, levels=(0.0, 1e-1), expect="both", P0=1e4):
     inc, out = start(S, M, n, P0, *((1 - n, 0.0) if learnt else (2.0, 2 * told))), Run.of(S, T, n, M)
     cap, trials, views = 2 * P0, [None] * S, [None] * S  # of a view: mean, P, sigma^2
     seconds, quiet, struck_before = [None] * S, np.zeros(S), np.zeros(S)
+    rows = [Rows(n) for _ in range(S)]
+
+    def later(s, here):
+        """A filter that knows nothing yet."""
+        found = Second(here, np.minimum(P0, 1e6 * over[s]), 1 - n if learnt else 2.0)
+        found.filter.chi2[:] = 0.0 if learnt else 2 * told
+        return found
+
     sums, shown = [Suspicion(n) for _ in range(S)], inc.s2[:, 0]  # sigma^2 so far
     alm, inverse, struck, counted, clean = np.zeros((S, M, n)), np.zeros((S, n)), np.zeros(S), np.zeros(S), np.zeros(S)
     for k in range(T):
@@ -322,10 +373,14 @@ def run_auto(y, psi, phi, told=None, levels=(0.0, 1e-1), expect="both", P0=1e4):
                 suspected = suspected or units.count[s] < 100
                 if (suspected or surprise >= 9) if trials[s] is None else surprise >= 9 and trials[s].yields(clean[s]):
                     trials[s], struck_before[s] = Trial(inc.at([s]), over[s], surprise, learnt), struck[s]
+            if not rest[s] and units.count[s] < 200:
+                rows[s].keep(row[s], yk[s])
             if not rest[s] and 2 * n < units.count[s] < 200:
-                if seconds[s] is None or seconds[s].is_over(n):
-                    seconds[s] = Second(here, np.minimum(P0, 1e6 * over[s]), 1 - n if learnt else 2.0)
-                    seconds[s].filter.chi2[:] = 0.0 if learnt else 2 * told
+                is_over, more = seconds[s] is None or seconds[s].is_over(n), rows[s].taken - len(rows[s].y)
+                if is_over:
+                    seconds[s] = later(s, here)
+                if expect != "jumps" and ((more == 0 and seconds[s].score <= 0) or (is_over and more > 0)):
+                    seconds[s] = rows[s].begin(later(s, here), over[s], learnt) or seconds[s]
                 seconds[s].see(row[s], yk[s], expect != "jumps", learnt, taken.evidence[s], phi)
                 if seconds[s].has_won(trials[s]):
                     for name in ("theta", "P", "nu", "chi2"):

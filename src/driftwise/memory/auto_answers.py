@@ -3,11 +3,21 @@
 import math
 
 from ..detect.watch import SINCE, STATISTIC, WHICH
-from ..engine.dense import at
+from ..engine.dense import at, dot
 from ..engine.dispatch import kernel, rare
 from ..engine.status import AT_REST, CAPPED, NOISE, OUTLIER
 from ..engine.ud import predicted_variance
-from .auto_constants import EVEN, FREQUENT, ISOLATED, STILL_LOUD, SUSPECT, SUSPECT_FREQUENT, YOUNG, YOUNG_ENOUGH
+from .auto_constants import (
+    EVEN,
+    FREQUENT,
+    ISOLATED,
+    STILL_LOUD,
+    SUSPECT,
+    SUSPECT_FREQUENT,
+    TRUSTED,
+    YOUNG,
+    YOUNG_ENOUGH,
+)
 from .auto_shown import blend, drift_together, merge_shy, mixture_with_copies
 from .auto_state import (
     CLEAN,
@@ -30,6 +40,7 @@ from .likelihood_drift import carry, climb, follow, ratio
 from .mixing import drift_apart, drift_beside_state, interact, merge, take_dense_along, take_modes_along
 from .modes import begin_modes, fold, unfold
 from .modes import update as update_bank
+from .robust_start import remember
 from .second_start import concede, is_explained, let_start, start_again
 from .suspicion import calm, suspect
 from .trial import argue, begin_trial, end_trial, is_to_begin, is_to_end, time_update_copies
@@ -103,6 +114,8 @@ def adapt_auto(memory, state, e, R, view):
             begin_trial(memory, trial, own.bank, drift.unit, M, surprise, view.b)
             head[STRUCK_BEFORE] = head[STRUCK_SO_FAR]
             is_on = True
+    if not is_unexcited and drift.head[SEEN] < YOUNG_ENOUGH and R <= TRUSTED * memory.R:
+        remember(parts.rows, view.psi, e + dot(view.psi, theta))
     evidence, rho = update_bank(memory, own, e, R, theta, view, outliers, is_unexcited, is_unexcited)
     own.head[WAITS] = 0.0 if is_unexcited else 1.0
     if is_unexcited:
@@ -113,7 +126,7 @@ def adapt_auto(memory, state, e, R, view):
         climb(memory, learner, error / math.sqrt(own_s2 * spread), part)
     head[VERDICT] = NOTHING
     if 2.0 * N < drift.head[SEEN] < YOUNG_ENOUGH and not is_unexcited:
-        has_won = start_again(memory, parts.second, e, R, evidence, drift.unit, theta, own.P, view)
+        has_won = start_again(memory, parts.second, parts.rows, e, R, evidence, drift.unit, theta, own.P, view)
         if has_won and not is_explained(trial, parts.second):
             let_start(parts.second, own.bank, own.dense, learner, own.P)
             end_trial(trial)

@@ -9,6 +9,7 @@ from ..engine.layout import Field, Layout, numbers
 from .auto_constants import LEVELS, STRUCK_FADES
 from .bank import bank_size, open_bank
 from .likelihood_drift import learner_size, open_learner
+from .robust_start import open_rows, rows_size
 from .second_start import open_second, second_size, share_of
 from .suspicion import open_suspicion, suspicion_size
 from .trial_state import open_trial, trial_size
@@ -37,12 +38,14 @@ AUTO = Layout(
     Field("trial", ("trial_size(N, M)",), "what may have happened a moment ago"),
     Field("second", ("second_size(N)",), "another start"),
     Field("learner", ("learner_size(N, N)",), "what learns the ratio of the last mode"),
+    Field("rows", ("rows_size(N)",), "the last rows, some of which another start begins with"),
     given=("N", "M"),
     bank_size=bank_size,
     suspicion_size=suspicion_size,
     second_size=second_size,
     trial_size=trial_size,
     learner_size=learner_size,
+    rows_size=rows_size,
 )
 open_auto, auto_size = kernel(AUTO.open), kernel(AUTO.size)
 
@@ -57,6 +60,7 @@ class Parts(NamedTuple):
     trial: tuple
     second: tuple
     learner: tuple
+    rows: tuple
 
 
 @kernel
@@ -67,7 +71,9 @@ def open_parts(memory, state, N):
     bank, trial = open_bank(parts.bank, N, MODES), open_trial(parts.trial, N, MODES)
     sums = open_suspicion(parts.suspicion, N)
     second = open_second(parts.second, N)
-    return Parts(drift, bank, parts.head, sums, trial, second, open_learner(parts.learner, N, N))
+    return Parts(
+        drift, bank, parts.head, sums, trial, second, open_learner(parts.learner, N, N), open_rows(parts.rows, N)
+    )
 
 
 @kernel

@@ -4,15 +4,18 @@ A wrong number among the first samples is fitted, since nothing is known yet tha
 the regressors of an `ARX`, and what it taught is as certain as all that is right. So in the first samples a filter
 with a wide prior begins again and again. It is not weighed by what it says while it learns: from then on what it
 predicts competes with what all others do, who have seen more, and are better unless what they have seen misleads them.
+Where some of the last rows contradict the others it begins with those that agree, and knows as much as they say.
 """
 
+from ..engine.dense import dot
 from ..engine.dispatch import kernel, rare
 from ..engine.elementary import log
 from ..engine.layout import Field, Layout, numbers
 from ..engine.ud import expand
-from .auto_constants import BETTER, CHANCES, FARTHEST, LEARNING, OFTEN, STRUCK, UNFIT, YOUTH
+from .auto_constants import BETTER, CHANCES, FARTHEST, LEARNING, OF_LEFT_OUT, OFTEN, STRUCK, UNFIT, YOUTH
 from .gauss_markov import relax
 from .modes import CHI2, FREEDOM, WEIGHT, error_of, hand_over, mode, size_of, take
+from .robust_start import fit_trimmed
 from .trial import best_of
 from .trial_state import AGE as TRIAL_AGE
 from .trial_state import BESIDE, FREED, LEVEL, SAME
@@ -53,11 +56,34 @@ def begin_second(memory, second, theta, unit):
 
 
 @rare
-def start_again(memory, second, e, R, evidence, unit, theta, P, view):
+def begin_with_rows(memory, second, rows, theta, unit, P, view):
+    """Let it begin with those of the last rows that agree, if some do not; it counts from the next sample on."""
+    N, count, head = unit.size, rows.y.size, second.head
+    limit, many = fit_trimmed(rows, unit, P)
+    if many == count:
+        return
+    begin_second(memory, second, theta, unit)
+    one, last = mode(second.row, 0, N), int(rows.taken[0]) - 1
+    for k in range(last + 1, last + 1 + count):  # the oldest first, and the present one last: view.psi is what it was
+        psi = rows.psi[k % count]
+        for i in range(N):
+            view.psi[i] = psi[i]
+        if rows.square[k % count] <= limit:
+            error = rows.y[k % count] - dot(psi, one.theta)
+            take(memory, one, P, error, memory.R, view, 0.0, False, True)
+    head[AGE], head[STRUCK_SO_FAR] = N + LEARNING, OF_LEFT_OUT * (count - many)
+
+
+@rare
+def start_again(memory, second, rows, e, R, evidence, unit, theta, P, view):
     """Let it see a sample; say whether it has won."""
     N, head = theta.size, second.head
-    if head[AGE] == 0.0 or head[SCORE] < UNFIT or head[AGE] >= N + LEARNING + YOUTH:
+    is_over, more = head[AGE] >= N + LEARNING + YOUTH, rows.taken[0] - rows.y.size
+    if head[AGE] == 0.0 or head[SCORE] < UNFIT or is_over:
+        is_over = True
         begin_second(memory, second, theta, unit)
+    if memory.outliers > 0.0 and ((more == 0.0 and head[SCORE] <= 0.0) or (is_over and more > 0.0)):
+        begin_with_rows(memory, second, rows, theta, unit, P, view)
     one = mode(second.row, 0, N)
     error = error_of(one, e, view.psi, theta)
     share = share_of(memory, head[STRUCK_SO_FAR], head[AGE])

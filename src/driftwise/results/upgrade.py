@@ -75,6 +75,7 @@ class Form(Enum):
     ONE_WIDTH = "one variance followed the errors of an average, no four; it kept weights, no logarithms"
     NO_GAPS = "AutoMemory did not count the samples since an output was missing; the mean of an average was of four"
     NO_OUTLIERS = "no second start of AutoMemory counted its own outliers"
+    NO_ROWS = "AutoMemory remembered none of the last rows"
 
 
 def until(last: Form, was: Any, now: Any) -> dict[Form, Any]:
@@ -210,20 +211,23 @@ def _piece(memory, size: int) -> Piece:
     from ..memory.bank import bank_size
     from ..memory.likelihood_drift import learner_size
     from ..memory.modes import size_of
+    from ..memory.robust_start import rows_size
     from ..memory.second_start import second_size
     from ..memory.unknown_drift import drift_state_size
 
     N, now = memory.cap.size, memory.state_size(memory.cap.size)
     first = SHORT_HEAD + bank_size(N, MODES) + 2 * MODES * size_of(N) + learner_size(N, N)
-    last = now - UNCOUNTED
+    last = now - rows_size(N) - UNCOUNTED
     third, fourth = last - (HEAD - SHORT_HEAD), last - (HEAD - GAPLESS_HEAD)
     second = third - second_size(N) + UNCOUNTED
     before = {
         **until(Form.NO_GAPS, fourth, last),
         Form.BANKS: drift_state_size(N, first), Form.ONE_START: second, Form.SHORT_HEAD: third,
+        Form.NO_ROWS: last + UNCOUNTED,
     }  # fmt: skip
     makers = {
-        **until(Form.NO_GAPS, _longer_head, _counting), Form.BANKS: _trials, Form.ONE_START: _second_start
+        **until(Form.NO_GAPS, _longer_head, _counting), Form.BANKS: _trials, Form.ONE_START: _second_start,
+        Form.NO_ROWS: _no_rows,
     }  # fmt: skip
     return Piece(before, now, makers, memory)
 
@@ -238,6 +242,7 @@ def _average(estimator, size: int) -> Piece:
     before = {
         Form.BANKS: first, Form.ONE_START: second, Form.SHORT_HEAD: second, Form.NO_SPREAD: apart + 2,
         Form.ONE_WIDTH: apart + 3 + 3 * MEANS, Form.NO_GAPS: apart + 1 + 3 * MEANS + 4 * SHAPES, Form.NO_OUTLIERS: size,
+        Form.NO_ROWS: size,
     }  # fmt: skip
     makers = {
         **until(Form.SHORT_HEAD, _alone, None), Form.NO_SPREAD: _of_one_width, Form.ONE_WIDTH: _of_one_width,
@@ -291,7 +296,7 @@ def _longer_head(was: np.ndarray, piece: Piece) -> np.ndarray:
     from ..memory.auto_state import HEAD
     from ..memory.unknown_drift import drift_state_size
 
-    end, more = drift_state_size(piece.owner.cap.size) + HEAD, piece.now - UNCOUNTED - was.shape[-1]
+    end, more = drift_state_size(piece.owner.cap.size) + HEAD, piece.before[Form.NO_OUTLIERS] - was.shape[-1]
     return _counting(np.insert(was, [end - more] * more, 0.0, axis=-1), piece)
 
 
@@ -301,7 +306,12 @@ def _counting(was: np.ndarray, piece: Piece) -> np.ndarray:
     from ..memory.modes import size_of
 
     N = piece.owner.cap.size
-    return np.insert(was, was.shape[-1] - learner_size(N, N) - size_of(N), 0.0, axis=-1)
+    return _no_rows(np.insert(was, was.shape[-1] - learner_size(N, N) - size_of(N), 0.0, axis=-1), piece)
+
+
+def _no_rows(was: np.ndarray, piece: Piece) -> np.ndarray:
+    """Return what one `AutoMemory` keeps, which remembers no rows; they stand last."""
+    return np.concatenate([was, np.zeros((*was.shape[:-1], piece.now - was.shape[-1]))], axis=-1)
 
 
 def _second_start(was: np.ndarray, piece: Piece) -> np.ndarray:
