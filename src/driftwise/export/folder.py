@@ -12,7 +12,7 @@ import numpy as np
 from ..engine import validation
 from ..engine.atomic import replaced
 from ..engine.errors import InputError
-from ..engine.translate.c99 import KEYWORDS
+from ..engine.translate.c99_values import KEYWORDS
 from ..engine.translate.refusal import Refusal
 from ..estimators.base import Estimator, is_estimator
 from . import structured_check
