@@ -162,7 +162,7 @@ def _printed(code: int) -> int:
         if sys.stdout is not None and not sys.stdout.closed:
             sys.stdout.flush()
     except OSError as error:
-        sys.stdout = None  # type: ignore[assignment]  # it is not tried again
+        sys.stdout = None  # it is not tried again
         if code == 0:
             code = _stop(error, "standard output: ")
     return code

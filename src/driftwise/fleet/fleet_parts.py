@@ -58,7 +58,8 @@ class Parts:
 
     def cut(self, row: int) -> None:
         """Delete the parts that begin at a row of the input or beyond, and what a killed process left half written."""
-        beyond = [path for path in self.paths() if int(NAME.fullmatch(path.name)[1]) >= row]  # type: ignore[index]
+        named = [(path, NAME.fullmatch(path.name)) for path in self.paths()]
+        beyond = [path for path, name in named if name and int(name[1]) >= row]
         self.sums.forget(beyond)
         for path in beyond:
             path.unlink()

@@ -87,7 +87,7 @@ class Service:
             for task in done:
                 if task is not asked and task.exception() is not None:
                     asked.cancel()
-                    raise task.exception()  # type: ignore[misc]
+                    raise task.exception()
             if sources and all(task.done() for task in sources) and not has_site:
                 asked.cancel()
                 while len(self.inbox):

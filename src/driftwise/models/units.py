@@ -35,9 +35,9 @@ def kind_of(unit: str) -> Kind:
             continue
         match = re.fullmatch(r"([A-Za-z%]+|1)(?:\^?(-?\d+(?:\.\d+)?))?", part)
         found = _base(match[1]) if match else None
-        if found is None:
+        if match is None or found is None:
             return None
-        power = sign * float(match[2] or 1)  # type: ignore[index]
+        power = sign * float(match[2] or 1)
         total = [a + power * b for a, b in zip(total, found)]
     return tuple(total)
 

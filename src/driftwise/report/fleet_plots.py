@@ -110,7 +110,7 @@ def against(x, y, labels, keys, odd) -> Any:
             }  # fmt: skip
             drawn = fig.scatter("x", "y", source=ColumnDataSource(data), **look)
             tips = [("", "@name"), (labels[0], "@v{%.5g}"), (labels[1], "@w{%.5g}")]
-            fig.add_tools(HoverTool(renderers=[drawn], tooltips=tips, formatters={"@v": "printf", "@w": "printf"}))  # type: ignore[arg-type]
+            fig.add_tools(HoverTool(renderers=[drawn], tooltips=tips, formatters={"@v": "printf", "@w": "printf"}))
             groups.append((name, [drawn]))
     legend(fig, groups)
     return fig
@@ -136,7 +136,7 @@ def jumps(time, span, bursts, origin: str | None, label: str) -> Any:
             dated = origin is not None
             tips = [("series", "@top"), (line.label, "@middle{%F %T}" if dated else "@middle{%.6g}")]
             kind: Any = {"@middle": "datetime" if dated else "printf"}
-            fig.add_tools(HoverTool(renderers=[bars], tooltips=tips, formatters=kind))  # type: ignore[arg-type]
+            fig.add_tools(HoverTool(renderers=[bars], tooltips=tips, formatters=kind))
             groups.append((name, [bars]))
     legend(fig, groups)
     return fig

@@ -57,7 +57,7 @@ def save(tracker, path) -> None:
     if tracks:
         arrays |= {"states": np.stack([t.state for t in tracks]), "rows": np.concatenate([t.rows for t in tracks])}
     with replaced(path) as beside, open(beside, "wb") as file:
-        np.savez(file, **arrays)  # type: ignore[arg-type]
+        np.savez(file, **arrays)
 
 
 def restore(kind, path):

@@ -93,7 +93,7 @@ class _Member(ARX):
                     f"The order of theta0 is {', '.join(form.names)}; was a sign changed (y = -a y.., w = -f w..)?"
                 )
 
-    def model_of(self, state) -> PolynomialModel:  # type: ignore[override]
+    def model_of(self, state) -> PolynomialModel:
         """Return the model a state amounts to, with the covariance of its parameters."""
         s2 = self.sigma2(state)
         noise_std = math.sqrt(s2 * self.policies[0].R)

@@ -48,10 +48,11 @@ class KafkaSource:
                 offsets[str(message.partition)] = message.offset + 1
                 key = message.key.decode("utf-8", "replace") if message.key else self.topic
                 size = len(message.value or b"")
+                refused: tuple[str, ...] = ()
                 try:
-                    found, refused = chunks(message.value or b"", key, shape), ()
+                    found = chunks(message.value or b"", key, shape)
                 except InputError as error:
-                    found, refused = [], (f"{key}: {error}",)  # type: ignore
+                    found, refused = [], (f"{key}: {error}",)
                 await inbox.put(Parcel(found, None, (self.name, dict(offsets)), refused, size))
         finally:
             await consumer.stop()
