@@ -7,7 +7,7 @@ import pytest
 
 import driftwise as dw
 from driftwise.memory.auto_constants import AGREE
-from driftwise.memory.robust_start import fit_trimmed, open_rows, remember, rows_size
+from driftwise.memory.robust_start import fit_trimmed, open_rows, remember, rows_size, says_enough
 
 N = 2
 COUNT = 3 * N + 10
@@ -74,6 +74,22 @@ def test_only_the_last_rows_count():
 
 def test_no_row_is_left_out_where_none_is_wrong():
     assert sum(kept(*drawn(seed, 0)[:2])[0].all() for seed in range(100)) >= 85
+
+
+def test_rows_that_alone_speak_of_a_parameter_are_not_wrong_ones():
+    """A load that is switched ten times in four hundred samples, by which alone its resistance is known."""
+    rng = np.random.default_rng(3)
+    step = np.zeros(400)
+    step[20::40] = rng.choice([-30.0, 30.0], 10)
+    y = np.cumsum(1e-3 * rng.standard_normal(400)) + 2e-2 * step
+    est = dw.Regression(2, memory=dw.AutoMemory())
+    trace = est.scan(np.diff(y), np.column_stack([step[1:], rng.standard_normal(399)]))
+    assert abs(trace.parameters[-1, 0] - 2e-2) < 2e-3
+    rows = open_rows(np.zeros(rows_size(N)), N)
+    for k in range(COUNT):
+        remember(rows, np.array([10.0 * (k == 5), 1.0 + k % 3]), 7.0 * (k == 5) + (1.0 + k % 3))
+    limit, many = fit_trimmed(rows, np.ones(N), np.empty(3))
+    assert many == COUNT or not says_enough(rows, limit)
 
 
 def test_wrong_numbers_among_the_first_samples_cost_less():

@@ -280,7 +280,7 @@ class Rows:
     def begin(self, second, inverse, learnt):
         """A filter that begins with those that agree, if some do not."""
         agree = self.agreeing(inverse)
-        if agree.all():
+        if agree.all() or np.any((self.psi[agree] ** 2).sum(0) < 0.1 * (self.psi**2).sum(0)):
             return None
         for k in np.roll(np.arange(len(agree)), -(self.taken % len(agree))):
             if agree[k]:

@@ -83,3 +83,4 @@ TRUSTED = 1.01  # times R: no regressor of such a row is in doubt
 FEW, APART = 2, 3  # rows besides one a parameter that a fit begins with; so many rows apart
 LEAST_KNOWN = 1e-6  # of a parameter, before any row, in units
 OF_LEFT_OUT = 0.2  # of the rows left out are wrong themselves; the others have a wrong number among their regressors
+ENOUGH = 0.1  # of the squares of each regressor that rows which agree have to have

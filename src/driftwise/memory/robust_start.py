@@ -14,7 +14,7 @@ import math
 from ..engine.dense import at, solve
 from ..engine.dispatch import kernel, rare
 from ..engine.layout import Field, Layout, each
-from .auto_constants import AGREE, APART, BEYOND, FEW, LEAST_KNOWN, WITHIN
+from .auto_constants import AGREE, APART, BEYOND, ENOUGH, FEW, LEAST_KNOWN, WITHIN
 
 ROWS = Layout(
     Field("taken", ("1",), "rows so far"),
@@ -117,3 +117,17 @@ def fit_trimmed(rows, unit, A):
         limit = BEYOND * total / max(many - N, 1)
     total, many = sum_within(rows, limit)
     return limit, many
+
+
+@kernel
+def says_enough(rows, limit):
+    """Say whether rows that agree move every parameter: where few rows do, those are no wrong ones."""
+    for i in range(rows.fit.size):
+        kept = total = 0.0
+        for k in range(rows.y.size):
+            total += rows.psi[k, i] * rows.psi[k, i]
+            if rows.square[k] <= limit:
+                kept += rows.psi[k, i] * rows.psi[k, i]
+        if kept < ENOUGH * total:
+            return False
+    return True

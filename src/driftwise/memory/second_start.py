@@ -15,7 +15,7 @@ from ..engine.ud import expand
 from .auto_constants import BETTER, CHANCES, FARTHEST, LEARNING, OF_LEFT_OUT, OFTEN, STRUCK, UNFIT, YOUTH
 from .gauss_markov import relax
 from .modes import CHI2, FREEDOM, WEIGHT, error_of, hand_over, mode, size_of, take
-from .robust_start import fit_trimmed
+from .robust_start import fit_trimmed, says_enough
 from .trial import best_of
 from .trial_state import AGE as TRIAL_AGE
 from .trial_state import BESIDE, FREED, LEVEL, SAME
@@ -60,7 +60,7 @@ def begin_with_rows(memory, second, rows, theta, unit, P, view):
     """Let it begin with those of the last rows that agree, if some do not; it counts from the next sample on."""
     N, count, head = unit.size, rows.y.size, second.head
     limit, many = fit_trimmed(rows, unit, P)
-    if many == count:
+    if many == count or not says_enough(rows, limit):
         return
     begin_second(memory, second, theta, unit)
     one, last = mode(second.row, 0, N), int(rows.taken[0]) - 1
