@@ -114,7 +114,8 @@ def adapt_auto(memory, state, e, R, view):
             begin_trial(memory, trial, own.bank, drift.unit, M, surprise, view.b)
             head[STRUCK_BEFORE] = head[STRUCK_SO_FAR]
             is_on = True
-    if not is_unexcited and drift.head[SEEN] < YOUNG_ENOUGH and R <= TRUSTED * memory.R:
+    is_early = drift.head[SEEN] < YOUNG_ENOUGH and not is_unexcited
+    if memory.stakes > 0.0 and is_early and R <= TRUSTED * memory.R:  # rows of a regression alone stay what they are
         remember(parts.rows, view.psi, e + dot(view.psi, theta))
     evidence, rho = update_bank(memory, own, e, R, theta, view, outliers, is_unexcited, is_unexcited)
     own.head[WAITS] = 0.0 if is_unexcited else 1.0
@@ -125,7 +126,7 @@ def adapt_auto(memory, state, e, R, view):
     if drift.head[SEEN] > 2.0 * N and not is_unexcited:
         climb(memory, learner, error / math.sqrt(own_s2 * spread), part)
     head[VERDICT] = NOTHING
-    if 2.0 * N < drift.head[SEEN] < YOUNG_ENOUGH and not is_unexcited:
+    if is_early and drift.head[SEEN] > 2.0 * N:
         has_won = start_again(memory, parts.second, parts.rows, e, R, evidence, drift.unit, theta, own.P, view)
         if has_won and not is_explained(trial, parts.second):
             let_start(parts.second, own.bank, own.dense, learner, own.P)
