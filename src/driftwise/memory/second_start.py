@@ -78,9 +78,9 @@ def begin_with_rows(memory, second, rows, theta, unit, P, view):
 def start_again(memory, second, rows, e, R, evidence, unit, theta, P, view):
     """Let it see a sample; say whether it has won."""
     N, head = theta.size, second.head
-    is_over, more = head[AGE] >= N + LEARNING + YOUTH, rows.taken[0] - rows.y.size
-    if head[AGE] == 0.0 or head[SCORE] < UNFIT or is_over:
-        is_over = True
+    is_over = head[AGE] == 0.0 or head[SCORE] < UNFIT or head[AGE] >= N + LEARNING + YOUTH
+    more = rows.taken[0] - rows.y.size
+    if is_over:
         begin_second(memory, second, theta, unit)
     if memory.outliers > 0.0 and ((more == 0.0 and head[SCORE] <= 0.0) or (is_over and more > 0.0)):
         begin_with_rows(memory, second, rows, theta, unit, P, view)
