@@ -85,6 +85,25 @@ def test_outputs_are_those_of_the_equation():
         assert abs(e.std() - 1) < 5 / np.sqrt(2 * e.size) and abs(e.mean()) < 5 / np.sqrt(e.size), system.about
 
 
+def test_outliers_of_the_process_are_what_the_next_outputs_go_on_from():
+    """A third of the plants with outliers; nothing but the kind is drawn anew, and e alone is off."""
+    plants = [system for system in of("outliers") if system.na > 0]
+    felt = [system for system in plants if system.of_process]
+    assert 0.2 < len(felt) / len(plants) < 0.47
+    assert not any(system.of_process for system in DRAWN if system not in plants)
+    for system in felt[:6]:
+        r, other = worlds.records(system, range(2)), worlds.records(changed(system, of_process=False), range(2))
+        np.testing.assert_array_equal(r.outliers, other.outliers)
+        np.testing.assert_array_equal(r.theta, other.theta)
+        e = (r.y - np.einsum("stn,stn->st", worlds.regressors(system, r.y, r.u), r.theta)) / r.sigma
+        e[:, : max([system.na, *system.nb])] = np.nan
+        off = np.abs(e[r.outliers & np.isfinite(e)])
+        share, size = system.outliers
+        assert np.all((off > 0.7 * size - 5) & (off < 1.3 * size + 5)) and len(off) > 0.4 * share * e.size
+        clean = e[~r.outliers & np.isfinite(e)]
+        assert abs(clean.std() - 1) < 5 / np.sqrt(2 * clean.size), system.about
+
+
 def test_parameters_walk_and_jump_as_said():
     for system in of("walk all")[:4]:
         if system.jumps:
@@ -170,6 +189,20 @@ def test_the_filter_that_is_told_is_the_dense_one():
     theta, *_ = told.follow(REGRESSION, y, r.u[0], r.sigma[0], q)
     expected, _ = dense(y, r.u[0], r.sigma[0], q, [told.WIDE, told.WIDE])
     np.testing.assert_allclose(theta, expected, rtol=1e-7, atol=1e-9)
+
+
+def test_who_is_told_of_outliers_of_the_process_takes_them_for_loud_samples():
+    system = next(s for s in of("outliers") if s.of_process and s.rests and not s.missing[0])
+    r = worlds.record(system, 3, 600)
+    known, sigma = told.without_outliers(system, r)
+    np.testing.assert_array_equal(known, r.y)
+    np.testing.assert_allclose(sigma[r.outliers] / r.sigma[r.outliers], np.hypot(1.0, system.outliers[1]))
+    psi, first = worlds.regressors(system, r.y, r.u)[0], max([system.na, *system.nb])
+    prior = told.WIDE * np.maximum(np.array(system.deviations) ** 2, 1.0)
+    y = np.where(np.arange(600) < first, np.nan, r.y[0])
+    expected, _ = dense(y, psi, sigma[0], told.walk(system, 600), prior)
+    theta, *_ = told.follow(system, known[0], r.u[0], sigma[0], told.walk(system, 600))
+    np.testing.assert_allclose(theta[first:], expected[first:], rtol=1e-6, atol=1e-8)
 
 
 def test_the_oracle_is_told_the_jump_and_says_whether_it_could_have_told_it():

@@ -12,7 +12,7 @@ a walk over deviation^2.
 | walk all, walk some | NVR of 1e-6 .. 1e-2, one for all or each its own |
 | jumps | one to four, of .5 .. 8 deviations, of one parameter or all; each record says when and in which direction |
 | louder, quieter | the noise times 1.5 .. 10 or over it, in half of the systems for a while only |
-| outliers | up to 5 % of the measured outputs, off by 6 .. 25 deviations of the noise (the plant does not feel it) |
+| outliers | up to 5 % of the measured outputs, off by 6 .. 25 deviations of noise; of plants, a third feel them |
 | coloured, quantised, closed loop | the input: of pole .8 .. .98; rounded to so many levels; one that acts against y |
 | rest | no input for 100 .. 600 samples, in half of the systems no noise either (a hundredth) |
 | missing | up to 30 % of the outputs, one by one or in runs |

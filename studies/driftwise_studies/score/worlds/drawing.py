@@ -16,6 +16,7 @@ SHARES = (
     ("rest", 0.2),
     ("missing", 0.3),
 )
+OF_PROCESS = 1 / 3  # of the plants with outliers
 
 
 def draw(seed: int, number: int) -> System:
@@ -32,7 +33,13 @@ def draw(seed: int, number: int) -> System:
     rng = np.random.default_rng([seed, number, 21])
     chosen = {ALONE[number // 3 % len(ALONE)]} if number % 3 == 0 else several(rng)
     plain = structure(rng, number, chosen)
-    return move(rng, trouble(rng, plain, chosen), chosen)
+    moved = move(rng, trouble(rng, plain, chosen), chosen)
+    return changed(moved, of_process=are_of_process(moved, np.random.default_rng([seed, number, 23])))
+
+
+def are_of_process(system: System, rng) -> bool:
+    """Say of a third of the plants with outliers that they feel them; in a regression nothing tells the two apart."""
+    return bool(system.outliers[0] and system.na > 0 and rng.random() < OF_PROCESS)
 
 
 def several(rng) -> set[str]:

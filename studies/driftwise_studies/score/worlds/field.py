@@ -132,6 +132,7 @@ def by_trouble(lines: list[Line], name: str) -> str:
     groups = [("all", lines)]
     groups += [(f"{trouble}, alone", [x for x in lines if x.system.troubles == (trouble,)]) for trouble in ALONE]
     groups += [(f"with {trouble}", [x for x in lines if trouble in x.system.troubles]) for trouble in ALONE[1:]]
+    groups += [("outliers of the process", [x for x in lines if x.system.of_process])]
     groups += [("no outliers", [x for x in lines if "outliers" not in x.system.troubles])]
     groups += [
         ("regressions", [x for x in lines if x.system.na < 0]),

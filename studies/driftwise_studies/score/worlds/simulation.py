@@ -22,7 +22,7 @@ class Records:
     u: np.ndarray  # (S, T, k): inputs, or the regressors
     theta: np.ndarray  # (S, T, n), in the order of psi
     sigma: np.ndarray  # (S, T)
-    outliers: np.ndarray  # (S, T), whether y is one
+    outliers: np.ndarray  # (S, T), whether y, or e, is one
     jumps: np.ndarray  # (S, J), the first samples with new parameters, in order
     moved: np.ndarray  # (S, J, n), by how much
 
@@ -61,7 +61,8 @@ def drawn(system: System, streams, samples: int) -> Records:
     r[resting] = 0.0
     glitch = np.stack([glitches(system, rng, samples) for rng in rngs]) * sigma
     gone = np.stack([gaps(system, rng, samples) for rng in rngs])
-    y, u = run(system, theta, e, r, glitch, gone)
+    felt, unfelt = (glitch, 0.0 * glitch) if system.of_process else (0.0, glitch)
+    y, u = run(system, theta, e + felt, r, unfelt, gone)
     return Records(y, u, theta, sigma, glitch != 0, at, moved)
 
 
@@ -141,7 +142,7 @@ def source(system: System, rng, samples: int) -> np.ndarray:
 
 
 def glitches(system: System, rng, samples: int) -> np.ndarray:
-    """Return what is added to the outputs, in deviations of the noise."""
+    """Return what is added to the outputs, or to e, in deviations of the noise."""
     share, size = system.outliers
     wrong = rng.random(samples) < share
     return wrong * size * rng.choice([-1.0, 1.0], samples) * rng.uniform(0.7, 1.3, samples)

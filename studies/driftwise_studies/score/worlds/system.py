@@ -28,6 +28,7 @@ class System:
     jumps: tuple[tuple[float, tuple[int, ...]], ...] = ()  # size in deviations, which parameters
     steps: tuple[float, ...] = ()  # what the noise is multiplied with, at each of its steps
     outliers: tuple[float, float] = (0.0, 0.0)  # share, size in deviations of the noise
+    of_process: bool = False  # outliers are of e, which the plant feels (innovational), not of what is measured of y
     rest: tuple[int, bool] = (0, False)  # how many samples, whether the noise rests as well
     missing: tuple[float, int] = (0.0, 1)  # share, mean length of a run
 
@@ -58,7 +59,8 @@ class System:
         words += [f"jump {size:.1f} of {','.join(map(str, who))}" for size, who in self.jumps]
         words += [f"noise x {step:.2g}" for step in self.steps]
         if self.outliers[0]:
-            words.append(f"outliers {100 * self.outliers[0]:.1f} % of {self.outliers[1]:.0f}")
+            share, size = self.outliers
+            words.append(f"outliers {100 * share:.1f} % of {size:.0f}" + " of the process" * self.of_process)
         if self.rest[0]:
             words.append(f"rest {self.rest[0]}" + " quiet" * self.rest[1])
         if self.missing[0]:

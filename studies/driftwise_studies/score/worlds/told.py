@@ -1,7 +1,8 @@
 """What a memory is measured against: filters that are told what it must find out, and who could have told a jump.
 
 All of them are the package's own filter of the same equation with known drift (`Drift`) and known noise, so that a
-ratio shows the memory alone. An outlier is a missing output to them.
+ratio shows the memory alone. An outlier of the sensor is a missing output to them; one of the process a sample whose
+noise is as loud as that, and what the next outputs go on from.
 
 * `reference`: the noise level of every sample and the variance of every walk are told. Where parameters jump there is
   no true constant Q: then it is the best in hindsight, per system, of a grid of speeds for those that jump, or for all.
@@ -78,13 +79,20 @@ def error(system: System, theta, truth) -> float:
     return float(np.mean(((theta - truth)[..., SKIP:, :] / np.array(system.deviations)) ** 2))
 
 
+def without_outliers(system: System, r: Records):
+    """Return outputs and sigma (S, T) as who is told of the outliers takes them."""
+    if system.of_process:
+        return r.y, np.where(r.outliers, np.hypot(1.0, system.outliers[1]), 1.0) * r.sigma
+    return np.where(r.outliers, np.nan, r.y), r.sigma
+
+
 def told(system: System, r: Records) -> Told:
     """Run every reference over the records of a system."""
-    y, q = np.where(r.outliers, np.nan, r.y), walk(system, r.y.shape[1])
+    (y, sigma), q = without_outliers(system, r), walk(system, r.y.shape[1])
 
     def rms(more) -> float:
         """Return the error of the filter whose walks are faster by ``more``."""
-        paths = [follow(system, y[s], r.u[s], r.sigma[s], q + more)[0] for s in range(len(y))]
+        paths = [follow(system, y[s], r.u[s], sigma[s], q + more)[0] for s in range(len(y))]
         return float(np.sqrt(np.mean([error(system, path, true) for path, true in zip(paths, r.theta)])))
 
     if not system.jumps:
@@ -96,7 +104,7 @@ def told(system: System, r: Records) -> Told:
     tried |= {} if moving.all() else {f"some {v:g}": v * own * moving for v in GRID[1:]}
     errors = {name: rms(more) for name, more in tried.items()}
     best = min(errors, key=lambda name: errors[name])
-    rows = [oracle(system, y[s], r.u[s], r.sigma[s], r.jumps[s], r.moved[s], q) for s in range(len(y))]
+    rows = [oracle(system, y[s], r.u[s], sigma[s], r.jumps[s], r.moved[s], q) for s in range(len(y))]
     known = np.mean([error(system, theta, true) for (theta, _), true in zip(rows, r.theta)])
     return Told(errors[best], float(np.sqrt(known)), best, np.array([can for _, can in rows]))
 

@@ -22,7 +22,7 @@ from .judged import CHOOSING
 from .measured import HEARD
 from .simulation import Records, records
 from .system import System
-from .told import estimator, oracle, walk
+from .told import estimator, oracle, walk, without_outliers
 
 CAUSES = (
     "no trial", "below even odds against none", "even to 20:1", "20:1 to 100:1", "told as louder noise",
@@ -34,8 +34,8 @@ NO_TRIAL, BELOW, EVEN, NEARLY, LOUDER, NOISE, DRIFT = CAUSES
 def causes(system: System, r: Records, s: int) -> tuple[int, list[tuple[str, float]]]:
     """Return how many jumps of record s the oracle tells; of each that is not told the cause, and its deviations."""
     y, u, q = r.y[s], r.u[s] if r.u.shape[2] else None, walk(system, r.y.shape[1])
-    hidden = np.where(r.outliers[s], np.nan, y)
-    _, can = oracle(system, hidden, r.u[s], r.sigma[s], r.jumps[s], r.moved[s], q)
+    known, sigma = without_outliers(system, r)
+    _, can = oracle(system, known[s], r.u[s], sigma[s], r.jumps[s], r.moved[s], q)
     est = estimator(system, dw.AutoMemory())
     status, found = est.scan(y, u).status, []
     ends = [*r.jumps[s][1:].tolist(), len(y)]
