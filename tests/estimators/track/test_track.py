@@ -218,11 +218,12 @@ def test_plots_that_a_publisher_drew_on_lines_say_nothing_of_errors(is_bent):
     assert np.mean(trace.nis[3:]) < 3 and np.max(trace.nis[3:]) < 100
 
 
-def test_a_place_that_only_repeats_may_be_anywhere_in_a_cell_of_unknown_size():
+@pytest.mark.parametrize("cell, bars", [(16.0, 3), (110.0, 8)])
+def test_a_place_that_only_repeats_may_be_anywhere_in_a_cell_of_unknown_size(cell, bars):
     t = 0.6 * np.arange(16)
-    path = np.stack([0.6 * t - 1.0, 1.0 * t - 5.0], axis=1)  # m: a walker, on a lattice of 16 m
-    trace = dw.TrackEstimator(2.0).scan(t, 16.0 * np.round(path / 16.0))
-    assert np.all(np.abs(trace.position - path)[3:] < 3 * trace.position_sd[3:])
+    path = np.stack([0.6 * t - 0.1 * cell, 1.0 * t - 0.4 * cell], axis=1)  # m: a walker, on a lattice
+    trace = dw.TrackEstimator(2.0).scan(t, cell * np.round(path / cell))
+    assert np.all(np.abs(trace.position - path)[3:] < bars * trace.position_sd[3:])
 
 
 def test_who_leaves_a_cell_of_unknown_size_is_not_wild():

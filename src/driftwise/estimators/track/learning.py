@@ -30,7 +30,7 @@ EVEN = bank.SCALES.index(1.0)  # the scale of what errs as expected
 LEARNT_BY = 12  # plots: the variance of a plot is then left to the noise of each member
 PERIODS = 50.0  # plots by which the typical time between plots is known
 FINEST, COARSEST = 1e-6, 1e6  # a plot's standard deviation, of what is fast for the class between two plots
-UNSEEN = 1.35  # s of what is fast: error on a lattice whose step is unknown, any from 2 ms of it to 20 s, rms
+UNSEEN = 3.8  # s of what is fast: error on a lattice whose step is unknown, any from 2 ms of it to a minute, rms
 PRIOR = (0.1, 0.4, 2.0, 0.25, 0.06, 0.02, 0.01, 0.005, 0.05)  # plots that each scale of the tails is worth beforehand
 
 
