@@ -8,7 +8,7 @@ from scipy.signal import lfilter
 
 from driftwise.analysis.change_places import colourless
 from driftwise.analysis.change_search import lines
-from driftwise.analysis.effects import deviations, is_borne_out, of_response
+from driftwise.analysis.effects import borne_out, deviations, of_response
 from driftwise.analysis.response_covariance import covariance
 from driftwise.analysis.response_orders import begin, cleaned, fitted, orders, plainest, raised, stripped
 from driftwise.analysis.response_record import recorded
@@ -153,7 +153,20 @@ def test_a_swing_is_told_where_one_order_more_swings_as_well():
     seen = hindsight(y, u)
     swing = of_response(seen).swing
     assert swing.period == pytest.approx(2 * np.pi / 0.3, rel=0.05)
-    assert not is_borne_out(seen.response, swing._replace(period=1.3 * swing.period))
+    assert borne_out(seen.response, swing._replace(period=1.3 * swing.period)) is None
+
+
+def test_a_period_beside_a_mode_that_is_too_weak_to_be_seen_is_held_by_its_interval():
+    """Of two poles where there are three the period is too long by more than its bars."""
+    pair = np.exp(-1 / 15 + 2j * np.pi / 54)
+    B, rng = np.poly([pair, pair.conjugate(), np.exp(-1 / 5)]).real, np.random.default_rng(1)
+    u = np.repeat(rng.choice([-1.0, 1.0], 20), 50)[:, None]
+    y = lfilter([0.0, B.sum()], B, u[:, 0]) + 0.3 * rng.standard_normal(1000)
+    seen = hindsight(y, u)
+    own = 2 * np.pi / abs(np.angle(np.roots(seen.response.denominator)))
+    swing = of_response(seen).swing
+    assert len(own) == 2 and own[0] > 58
+    assert abs(swing.period - 54) < 2 and swing.interval[0] < 54 < swing.interval[1]
 
 
 def test_draws_have_the_covariance_that_is_asked_for_however_small_a_part_of_it():

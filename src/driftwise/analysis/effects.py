@@ -142,24 +142,34 @@ def of_response(found: Hindsight) -> Effects:
             )
         )
     period = swing(poles(a))
-    if period is not None and not is_borne_out(now, period):
-        period = None
-    return Effects(tuple(gains), period, error, True, any(endless))
+    return Effects(tuple(gains), period and borne_out(now, period), error, True, any(endless))
 
 
-def is_borne_out(now: Response, found: Swing) -> bool:
-    """Say whether a response of one order more swings at about the same period: bars know nothing of a missing mode."""
+def borne_out(now: Response, found: Swing) -> Swing | None:
+    """Return a swing as a response of one order more has it; None where that has none of about the same period.
+
+    Without a mode that the plant has, a period is wrong by more than its bars know: they take the order for the true
+    one. With a mode too many it is right, and its bars are wider.
+    """
     more = raised(now)
     if more is None:
-        return True
-    angles = [abs(np.angle(p)) for p in np.roots(more.denominator) if swings(p)]
-    return any(abs(2 * math.pi / angle / found.period - 1) < AGREES for angle in angles)
+        return found
+    n, P = len(more.a), covariance(more)
+    if not np.isfinite(P).all():
+        return None
+    drawn = more.theta[:n] + np.vstack([np.zeros(n), deviations(P[:n, :n], DRAWS)])
+    again = swing(poles(np.insert(drawn, 0, 1.0, axis=1)), found.period)
+    return again if again is not None and abs(again.period / found.period - 1) < AGREES else None
 
 
-def swing(drawn) -> Swing | None:
-    """Return the slowest pair of poles (the first drawn are the likeliest) that nearly all draws have."""
+def swing(drawn, about: float | None = None) -> Swing | None:
+    """Return the slowest pair of poles, or of about a period, that nearly all draws have, the likeliest first."""
+
+    def rank(p) -> float:
+        return abs(p) if about is None else -abs(math.log(2 * math.pi / np.angle(p) / about))
+
     pairs = [
-        max((p for p in poles if swings(p) and p.imag > 0 and abs(p) < 1), key=abs, default=None) for poles in drawn
+        max((p for p in poles if swings(p) and p.imag > 0 and abs(p) < 1), key=rank, default=None) for poles in drawn
     ]
     periods = [2 * math.pi / float(np.angle(p)) for p in pairs if p is not None]
     if pairs[0] is None or len(periods) < 0.975 * len(pairs):
