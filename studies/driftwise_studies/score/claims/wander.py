@@ -7,10 +7,12 @@ Options: --records 60, of each kind
 Plants, inputs and noise are those of the claims (`drawing`), without their troubles. To the output are added a quarter
 to one of its deviations of: a slow process of the first order (its time a twentieth to a third of the record), long
 memory (fractional noise; Granger and Joyeux, 1980), or a season whose amplitude is such a slow process; or the gain of
-the first input is such a process about its value, with a deviation of a twentieth to a quarter of it. Or nothing
-wanders, but a plant of 8 to 20 samples answers steps of its input the quicker the further it has to go, and each step
-some part of a sample late, beside a hundredth to a thousandth of a noise that nearly integrates: what a response has
-wrong of it comes at once, whenever the input moves.
+the first input is such a process about its value, with a deviation of a twentieth to a quarter of it. Or the level is
+a random walk beside white noise (the local level; Harvey, 1989), of which a step has a hundredth of the noise's
+deviation to three times it; or beside noise of the first order; or the slope is one, by steps a hundredth as large:
+every other record without the inputs and what they do. Or nothing wanders, but a plant of 8 to 20 samples answers steps
+of its input the quicker the further it has to go, and each step some part of a sample late, beside a hundredth to a
+thousandth of a noise that nearly integrates: what a response has wrong of it comes at once, whenever the input moves.
 """
 
 from __future__ import annotations
@@ -57,7 +59,17 @@ def swelling(rng, T: int) -> np.ndarray:
 
 
 LEVELS: dict[str, Callable] = {"slow process": slow, "long memory": long_memory, "season that swells": swelling}
-KINDS = (*LEVELS, "gain", "late moves")
+WALK, COLOURED_WALK, SLOPE = "walk beside white noise", "walk beside coloured noise", "slope that walks"
+WALKS = WALK, COLOURED_WALK, SLOPE
+KINDS = (*LEVELS, "gain", *WALKS, "late moves")
+
+
+def walking(rng, T: int, kind: str) -> np.ndarray:
+    """Return noise of deviation one on a level that walks, or whose slope does, (T,)."""
+    step, phi = np.exp(rng.uniform(np.log(0.01), np.log(3))), rng.uniform(0.3, 0.9) if kind == COLOURED_WALK else 0.0
+    noise = lfilter([np.sqrt(1 - phi**2)], [1, -phi], rng.standard_normal(T + 200))[200:]
+    level = step * np.cumsum(rng.standard_normal(T))
+    return noise + (np.cumsum(level) / 100 if kind == SLOPE else level)
 
 
 def late_moves(rng, T: int):
@@ -84,6 +96,9 @@ def wandering(seed: int, number: int, kind: str):
         return data.y + lfilter([1.0], plant.a, moved), data.u
     if kind == "late moves":
         return late_moves(rng, plant.samples)
+    if kind in WALKS:
+        y = walking(rng, plant.samples, kind)
+        return (y, data.u[:, :0]) if number % 2 else (data.clean + np.std(data.y - data.clean) * y, data.u)
     return data.y + data.unit * rng.uniform(0.25, 1.0) * LEVELS[kind](rng, plant.samples), data.u
 
 
