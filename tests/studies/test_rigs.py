@@ -12,7 +12,7 @@ def test_a_rig_is_what_its_seed_says(name):
     (y, u), (again, _), (other, _) = draw(name, 3, 0), draw(name, 3, 0), draw(name, 4, 0)
     assert np.array_equal(y, again, equal_nan=True) and not np.array_equal(y, other, equal_nan=True)
     assert y.ndim == 1 and u.ndim == 2 and len(u) == len(y) and np.isfinite(u).all() and np.ptp(u, axis=0).any()
-    assert np.isfinite(y).all() != (name == "gaps") and np.nanstd(y) > 0
+    assert np.isfinite(y).all() != (name in ("gaps", "drowsy")) and np.nanstd(y) > 0
 
 
 def test_after_a_rest_where_members_disagree_the_variance_is_as_large_as_errors_are():
@@ -27,3 +27,15 @@ def test_where_members_disagree_and_their_mean_is_good_the_variance_is_no_larger
     y, u = draw("arm", 1, 9)
     trace, half = Identifier(u.shape[1], 1.0).add(y, u), len(y) // 2
     assert 0.8 < trace.nis(half) < 1.25  # .55 where one share of the disagreement counts everywhere
+
+
+def test_across_a_gap_who_claims_to_know_little_counts_little():
+    """Plants whose output is read every few samples: who forgets fast may be likely, and knows little of them."""
+    ratios = []
+    for number in (8, 18, 23, 28):
+        y, u = draw("gaps", 7, number)
+        seen = np.flatnonzero(np.isfinite(y))
+        late, off = seen[seen >= len(y) // 2], Identifier(u.shape[1], 1.0).add(y, u).innovation
+        last = y[seen[np.searchsorted(seen, late) - 1]]
+        ratios.append(np.sqrt(np.mean(off[late] ** 2) / np.mean((y[late] - last) ** 2)))
+    assert np.exp(np.mean(np.log(ratios))) < 0.08  # .067; .115 where they counted by likelihood alone

@@ -41,18 +41,18 @@ def oracle(task, y, means, variances):
     M = means.shape[1]
     logs, ratio, behind, width, worth = np.zeros(M), np.ones(M), np.zeros(M), np.ones(4), np.full(4, 0.25)
     regrets, q = [np.zeros(M + 1)], PRIOR.copy()
-    long, count, is_next, asked = task.unit, 0.0, True, []
+    long, count, gap, asked = task.unit, 0.0, 0, []
     for i in range(len(y)):
         past = y[:i][np.isfinite(y[:i])]
-        t = len(past)
-        mu, S = np.r_[means[i, :-3], naive(past)], np.r_[variances[i, :-3], [task.unit] * 3]
+        t, is_next = len(past), gap == 0
+        mu, S = np.r_[means[i, :-3], naive(past)], np.r_[variances[i, :-3], task.unit * np.array([1 + gap, 1 + gap, 1])]
         moves = np.abs(np.diff(past))
         floor = max(moves[moves > 0].min() ** 2 / 12 if np.any(moves > 0) else 0.0, 1e-12 * task.unit)
         claim = ratio * S
         speaks = claim <= 100 * max(ratio[-1], 1) * S[-1]
         sure = speaks & (claim <= 16 / task.rate * np.maximum(claim, floor)[speaks].min())
         w = np.where(speaks, np.exp(logs - logs[speaks].max()), 0.0)
-        w = shares(np.where(w > task.window, w, 0.0))
+        w = shares(np.where(w > task.window, w if is_next else w / np.maximum(claim, floor), 0.0))
         mean = w @ mu
         said, known = np.r_[mu, mean], np.r_[speaks, True]
         prediction = aggregated(regrets, np.r_[sure, True], task.rate) @ said if is_next else mean
@@ -63,12 +63,12 @@ def oracle(task, y, means, variances):
         told = width * np.maximum(np.r_[[base] * 3, long] + DOUBT * far[3 * (M - 4) // 4], floor)
         variance = worth @ told if is_next else shares(q) @ v
         yield prediction, variance, math.log(shares(q) @ density)
-        was_next, is_next = is_next, math.isfinite(y[i])
-        if not is_next:
+        gap = 0 if math.isfinite(y[i]) else gap + 1
+        if gap:
             continue
 
         error = y[i] - prediction
-        if was_next and t >= task.settle:
+        if is_next and t >= task.settle:
             regrets.append(np.where(known, 2 * error / task.unit * (said - prediction), 0.0))
             z2 = np.minimum(error**2 / told, 1000)
             width = np.maximum(width * (1 + np.array([2, 2, 2, 1]) * (z2 - 1) / task.tails), 0.02)

@@ -13,7 +13,9 @@ The variance is that of the prediction's errors. Their centre is not the density
 disagree, whatever those claim that were right so far: after a rest, in a flood. How much of the disagreement is error
 differs from plant to plant: three answers and the long-run mean of e^2, each with a running mean of its own, compete.
 These, and the regrets, are of forecasts of the next sample; a forecast across a gap of y is the density's: m, and its
-variance, sum q_j v_j.
+variance, sum q_j v_j. Weights are those of the next sample, too: across a gap each member counts by the precision that
+it claims, w_i ~ likelihood_i/(c_i S_i), for who forgets fast has won his weight without it. S of the last value and of
+the line grows with the gap, as that of a random walk does.
 
 In the prediction nobody is heard who claims a variance sixteen times the least: after a gap, or where nothing has
 moved for long, members that forget fast know that they know little, and have won their weight on easier samples.
@@ -183,8 +185,8 @@ def claim(mu, S, ratio, claims):
 
 
 @kernel
-def heard(mu, claims, w, weights, window):
-    """Fill w, the weights by likelihood of those who speak; return the mean they make."""
+def heard(mu, claims, w, weights, window, floor, is_next):
+    """Fill w, the weights of those who speak: by likelihood, across a gap by precision too; return their mean."""
     M, best = mu.size, 0.0
     for i in range(M):
         if claims[i] > 0.0:
@@ -192,6 +194,8 @@ def heard(mu, claims, w, weights, window):
     total, mean, least = 0.0, 0.0, window * best
     for i in range(M):
         w[i] = weights[i] if claims[i] > 0.0 and weights[i] >= least else 0.0
+        if w[i] > 0.0 and not is_next:
+            w[i] /= max(claims[i], floor)
         total += w[i]
     part = 1.0 / total
     for i in range(M):
@@ -377,17 +381,19 @@ def pass_over_averaging(task, rows, q, kept, out, state):
     wide, densities, crowd = rest[:VARIANCES], rest[VARIANCES:], log(1.0 * K)
     for t in range(rows.shape[0]):
         y, mu, S, weights = rows[t, 0], q[t], kept[t], out[t, TOLD + SCALES :]
+        is_next = silent[0] == 0.0
         for i in range(len(NAIVE)):
             mu[M - len(NAIVE) + i], S[M - len(NAIVE) + i] = naive(row, i), task.unit
+            if i < len(NAIVE) - 1:  # a walk since the last output; how far y is from its mean does not grow
+                S[M - len(NAIVE) + i] *= 1.0 + silent[0]
         floor = floor_of(task, row)
         claim(mu, S, ratio, claims)
-        mean = heard(mu, claims[:M], w, likely, task.window)
+        mean = heard(mu, claims[:M], w, likely, task.window, floor, is_next)
         base = base_of(mu, claims, w, mean, floor)
         most_claimed = UNSURE / task.rate * least_claim(claims[:M], floor)
         for i in range(M):
             means[i] = mu[i]
         means[M], claims[M] = mean, most_claimed
-        is_next = silent[0] == 0.0
         prediction = mean
         if is_next:
             prediction = trusted(means, claims, most_claimed, regret, regrets, most, v, crowd)

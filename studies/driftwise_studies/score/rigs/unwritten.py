@@ -1,4 +1,4 @@
-"""Kinds where what decides is written nowhere: modes that hardly fade, noise that is another from now on, a switch."""
+"""Kinds where what decides is written nowhere: modes that hardly fade, noise that is another, a switch, rests."""
 
 from __future__ import annotations
 
@@ -54,3 +54,27 @@ def switched(rng):
         x = a * x + (1 - a) * (gain ** is_on[t] * (b @ u[t - 1]) + level * is_on[t])
         y[t] = x
     return y + y.std() * 10 ** rng.uniform(-3, -0.7) * rng.standard_normal(T), u
+
+
+@kind
+def drowsy(rng):
+    """A cell between pulses, rounded, whose logger writes seldom at rest; answers fade long before the next pulse."""
+    T, n = int(np.exp(rng.uniform(np.log(5000), np.log(60000)))), int(rng.integers(6, 25))
+    u, rest = np.zeros(T), T // n
+    for k in range(n):
+        start, lasts = k * rest + int(rng.integers(rest // 4)), int(np.exp(rng.uniform(np.log(5), np.log(60))))
+        u[start : start + lasts] = rng.choice([-1.0, -0.3, 0.3, 0.75, 1.0])
+        u[start + 2 * lasts : start + 3 * lasts] = rng.choice([0.0, -0.75, 0.5])
+    charge = np.cumsum(u) * 10 ** rng.uniform(-4.5, -3.5)
+    ages = np.exp(rng.uniform(0, 1) * np.cumsum(rng.standard_normal(n)) * 0.3)[np.minimum(np.arange(T) // rest, n - 1)]
+    drive = np.sign(u) * np.abs(u) ** rng.uniform(0.6, 1) * ages  # resistances differ from pulse to pulse
+    y = charge + rng.uniform(0.2, 1) * drive
+    for lasts in np.exp(np.linspace(np.log(1), np.log(0.5 * rest), 6)):  # diffusion: no answer is one exponential
+        a = np.exp(-1 / lasts)
+        y = y + rng.uniform(0.02, 0.2) * lfilter([0, 1 - a], [1, -a], drive * lasts**0.5)
+    q = 10 ** rng.uniform(-3.5, -1.5)
+    y = np.round((y + q * rng.uniform(0.02, 0.3) * rng.standard_normal(T)) / q) * q
+    since = np.arange(T) - np.maximum.accumulate(np.where(np.diff(u, prepend=0.0) != 0, np.arange(T), 0))
+    wakes, every = np.exp(rng.uniform(np.log(3), np.log(60))), int(np.exp(rng.uniform(np.log(5), np.log(120))))
+    y[(since > wakes) & (np.arange(T) % every > 0)] = np.nan
+    return y, u[:, None]
