@@ -163,10 +163,12 @@ def echoed(y, u) -> float:
     short way to say how one follows another.
     """
     deep = min(max(PAST, longest_delay(y)), len(u) // 20)
+    if deep < FEW or moves(prewhitened(u)) < MOVES:
+        return -math.inf
     own, past = lagged(u, range(1, deep + 1)), lagged(clipped(y - np.nanmedian(y)), (1, 2))
     use = np.isfinite(own).all(axis=1) & np.isfinite(past).all(axis=1) & np.isfinite(u)
     target, own, past, n = u[use], own[use], past[use], int(use.sum())
-    if deep < FEW or n < 20 * FEW or moves(prewhitened(u)) < MOVES:
+    if n < 20 * FEW:
         return -math.inf
 
     def price(left, many: int) -> float:
@@ -181,10 +183,10 @@ def echoed(y, u) -> float:
         found.append(price(regressed(target, beside), beside.shape[1] + 1))
     best = -math.inf
     for q in some[:FEW]:
+        new = np.column_stack([regressed(x, own[:, :q]) for x in past.T])
         for j in (1, 2):
             with_y = price(regressed(target, np.hstack([own[:, :q], past[:, :j]])), q + j)
-            new = np.column_stack([regressed(x, own[:, :q]) for x in past[:, :j].T])
-            s = new / np.abs(new).max() * alone[q][:, None]
+            s = new[:, :j] / np.abs(new[:, :j]).max() * alone[q][:, None]
             answer = 0.5 * float(s.sum(axis=0) @ np.linalg.lstsq(s.T @ s, s.sum(axis=0), rcond=None)[0])
             best = max(best, min(0.5 * (min(found) - with_y), answer - 0.5 * j * math.log(n)))
     return best
