@@ -52,8 +52,8 @@ def oracle(task, y, means, variances):
         speaks = claim <= 100 * max(ratio[-1], 1) * S[-1]
         sure = speaks & (claim <= 16 / task.rate * np.maximum(claim, floor)[speaks].min())
         w = np.where(speaks, np.exp(logs - logs[speaks].max()), 0.0)
-        w = shares(np.where(w > task.window, w if is_next else w / np.maximum(claim, floor), 0.0))
-        mean = w @ mu
+        w = shares(np.where(w > task.window, w, 0.0))
+        mean = (w if is_next else shares(w / np.maximum(claim, floor))) @ mu
         said, known = np.r_[mu, mean], np.r_[speaks, True]
         prediction = aggregated(regrets, np.r_[sure, True], task.rate) @ said if is_next else mean
         base = max(w @ (np.maximum(claim, floor) + (mu - mean) ** 2), floor)

@@ -13,9 +13,8 @@ The variance is that of the prediction's errors. Their centre is not the density
 disagree, whatever those claim that were right so far: after a rest, in a flood. How much of the disagreement is error
 differs from plant to plant: three answers and the long-run mean of e^2, each with a running mean of its own, compete.
 These, and the regrets, are of forecasts of the next sample; a forecast across a gap of y is the density's: m, and its
-variance, sum q_j v_j. Weights are those of the next sample, too: across a gap each member counts by the precision that
-it claims, w_i ~ likelihood_i/(c_i S_i), for who forgets fast has won his weight without it. S of the last value and of
-the line grows with the gap, as that of a random walk does.
+variance, sum q_j v_j. There m is by precision, too, m = sum w_i mu_i/(c_i S_i) over the same without mu_i: who forgets
+fast has won his weight without a gap. S of the last value and of the line grows with it, as that of a random walk does.
 
 In the prediction nobody is heard who claims a variance sixteen times the least: after a gap, or where nothing has
 moved for long, members that forget fast know that they know little, and have won their weight on easier samples.
@@ -185,8 +184,8 @@ def claim(mu, S, ratio, claims):
 
 
 @kernel
-def heard(mu, claims, w, weights, window, floor, is_next):
-    """Fill w, the weights of those who speak: by likelihood, across a gap by precision too; return their mean."""
+def heard(mu, claims, w, weights, window):
+    """Fill w, the weights by likelihood of those who speak; return the mean they make."""
     M, best = mu.size, 0.0
     for i in range(M):
         if claims[i] > 0.0:
@@ -194,14 +193,27 @@ def heard(mu, claims, w, weights, window, floor, is_next):
     total, mean, least = 0.0, 0.0, window * best
     for i in range(M):
         w[i] = weights[i] if claims[i] > 0.0 and weights[i] >= least else 0.0
-        if w[i] > 0.0 and not is_next:
-            w[i] /= max(claims[i], floor)
         total += w[i]
     part = 1.0 / total
     for i in range(M):
         w[i] *= part
         if w[i] > 0.0:
             mean += w[i] * mu[i]
+    return mean
+
+
+@kernel
+def known(mu, claims, w, floor, v):
+    """Fill v, the shares of those who speak by the precision that they claim as well; return the mean they make."""
+    M, total, mean = mu.size, 0.0, 0.0
+    for i in range(M):
+        v[i] = w[i] / max(claims[i], floor) if w[i] > 0.0 else 0.0
+        total += v[i]
+    part, v[M] = 1.0 / total, 0.0
+    for i in range(M):
+        v[i] *= part
+        if v[i] > 0.0:
+            mean += v[i] * mu[i]
     return mean
 
 
@@ -388,17 +400,17 @@ def pass_over_averaging(task, rows, q, kept, out, state):
                 S[M - len(NAIVE) + i] *= 1.0 + silent[0]
         floor = floor_of(task, row)
         claim(mu, S, ratio, claims)
-        mean = heard(mu, claims[:M], w, likely, task.window, floor, is_next)
+        mean = heard(mu, claims[:M], w, likely, task.window)
+        if not is_next:
+            mean = known(mu, claims[:M], w, floor, v)
         base = base_of(mu, claims, w, mean, floor)
         most_claimed = UNSURE / task.rate * least_claim(claims[:M], floor)
         for i in range(M):
             means[i] = mu[i]
         means[M], claims[M] = mean, most_claimed
         prediction = mean
-        if is_next:
+        if is_next:  # of a forecast across a gap, what errors of the next sample taught says nothing
             prediction = trusted(means, claims, most_claimed, regret, regrets, most, v, crowd)
-        else:  # of a forecast across a gap, what errors of the next sample taught says nothing
-            v[:], v[M] = 0.0, 1.0
         for i in range(M):
             weights[i] = v[i] + v[M] * w[i]
         is_absurd = abs(y) > ABSURD * math.sqrt(task.unit)
