@@ -233,7 +233,7 @@ def test_who_leaves_a_cell_of_unknown_size_is_not_wild():
     y[60, 0] = 80.0
     trace = dw.TrackEstimator("boat").scan(t, y)
     assert not (trace.status & int(dw.Status.OUTLIER)).any()
-    assert np.array_equal(trace.tails()[59], trace.tails()[3]) and np.all(trace.variance[61:, 0] > 80.0**2 / 12)
+    assert np.array_equal(trace.tails()[61], trace.tails()[3]) and np.all(trace.variance[61:, 0] > 80.0**2 / 12)
 
 
 def test_noise_that_is_a_thousand_times_larger_from_now_on_is_no_wandering():

@@ -130,6 +130,12 @@ def is_mute(row, C, c, exact):
 
 
 @kernel
+def shows_spread(row, C, c, exact):
+    """Say whether a plot shows how errors spread: it neither repeats a place whose cell nobody knows nor leaves it."""
+    return not (is_mute(row, C, c, exact) or shows_lattice(row, C, c, exact))
+
+
+@kernel
 def repeated(row, C, c, y):
     """Return how many times the variance of a plot is that of one which repeats the place of all so far.
 
@@ -178,10 +184,10 @@ def learn_tails(task, row, C, exact, parts):
     """Share the plot out among the scales that may have made it, but for that of wild ones."""
     first, teach = bank.row_at(C).tails, 0
     for c in range(C):
-        teach += 0 if is_mute(row, C, c, exact) else 1
+        teach += 1 if shows_spread(row, C, c, exact) else 0
     fade_tails(task, row, C, teach)
     for c in range(C):
-        if is_mute(row, C, c, exact):
+        if not shows_spread(row, C, c, exact):
             continue
         if exact[c] == EQUAL:  # as on a lattice, whose errors are as large as its cells
             row[first + EVEN] += 1.0
