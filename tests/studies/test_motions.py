@@ -4,8 +4,10 @@ import math
 
 import numpy as np
 import pytest
+import scipy.stats
 from driftwise_studies.score.motions import crowd, draw, drawing, patches, resampled, simulate, wild_starts
-from driftwise_studies.score.motions.exact import exact, report
+from driftwise_studies.score.motions.errors import cell, scales
+from driftwise_studies.score.motions.exact import Found, exact, filtered, report
 from driftwise_studies.score.motions.field import Total, by_kind, by_trouble
 from driftwise_studies.score.motions.jets import alone, imm
 from driftwise_studies.score.motions.laws import ACROSS, ALONG, STRAIGHT, Law, Legs, move
@@ -194,7 +196,41 @@ def test_who_knows_the_laws_of_a_motion_knows_where_plots_lie():
         said = exact(drawn, seen.time, seen.position, 300)
         scores.append(np.mean(said.normal_score[3:] ** 2))
     assert np.mean(scores) == pytest.approx(1.0, abs=0.12)
-    words = report(np.array([[40.0, 1.0, 1.0, 0.4, 1.0, 2.0, 1.0], [60.0, 9.0, 3.0, 1.0, 1.0, 1.0, 1.0]]))
-    assert words.splitlines()[2].startswith(
-        "| 30 to 999 | 2 | 1 | 0.500 | 5.00 | 0.500 | 0.500 | 1.000 | 0.500 | 1.000 |"
+    tracks = [
+        Found(draw(0, 1), 40, (1.0, 1.0, 0.4, 1.0, 2.0, 1.0)),
+        Found(draw(0, 4), 60, (9.0, 3.0, 1.0, 1.0, 0.7, 1.0)),
+    ]
+    words = report(tracks)
+    assert words.splitlines()[2] == (
+        "| all | 2 | 1 | 0.500 | 0.500 | 5.00 | 0.500 | 0.500 | 0.500 | 1.000 | 0.500 | 0.000 | 1.000 |"
     )
+
+
+def test_who_knows_how_plots_err_knows_where_they_lie():
+    """Rests, wild plots, heavy tails, a lattice and a second sensor, all at once: forecasts are calibrated."""
+    troubles, sensors = (
+        ("rests", "wild", "heavy"),
+        (Sensor("A", 4.0, 20.0), Sensor("B", 5.3137, 30.0, 1.07, (25.0, 9.0), 0.4)),
+    )
+    scores = []
+    for seed in range(4):
+        drawn = scene(
+            "helicopter", troubles, plots=60, sensors=sensors, wild=0.05, heavy=True, lattice=30.0, precise=(10, 0.1)
+        )._replace(seed=(seed, 3))
+        scores.append(filtered(drawn, simulate(drawn, stated=True), 0, 60_000).means[1])
+    assert np.mean(scores) == pytest.approx(1.0, abs=0.15)
+
+
+def test_a_plot_on_a_lattice_is_a_piece_of_a_normal():
+    e, s = np.array([0.0, 3.0, -40.0]), np.array([1.0, 2.0, 9.0])
+    p, mean, variance, below, above = cell(e, s, 3.0, 0.25)
+    for k in range(3):
+        a, b = (e[k] - 1.5) / s[k], (e[k] + 1.5) / s[k]
+        piece = scipy.stats.truncnorm(a, b, scale=s[k])
+        assert p[k] == pytest.approx(np.diff(scipy.stats.norm.cdf([a, b]))[0], rel=1e-9)
+        assert mean[k] == pytest.approx(piece.mean(), rel=1e-6, abs=1e-12)
+        assert variance[k] == pytest.approx(piece.var(), rel=1e-5)
+        assert below[k] == pytest.approx(scipy.stats.norm.cdf(a) + 0.25 * p[k], rel=1e-9)
+    assert np.allclose(below + above, 1.0)
+    share, variances = scales(True)
+    assert share.sum() == pytest.approx(1.0) and np.all(np.diff(variances) < 0)

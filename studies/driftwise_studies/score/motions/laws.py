@@ -11,6 +11,9 @@ from .simulation import LEAST_LEG, WOBBLE
 
 STRAIGHT, ALONG, ACROSS = range(3)
 ALONGS = 0.3  # of manoeuvres
+STOPS = 0.7  # .. of those along the path that end at rest, where objects rest
+RESTING, SLOWEST = 1e-6, 1e-5  # m/s, at rest: a way it has yet; and who is slower is at rest
+HEADING = 0.02  # rad, to which each particle knows the way of what rests
 STRATA = 8  # of the sharpness of a manoeuvre, each a Gaussian
 
 
@@ -20,7 +23,7 @@ class Legs(NamedTuple):
     mode: np.ndarray
     age: np.ndarray  # s, of a straight leg; turned so far, rad, of a turn
     sign: np.ndarray
-    times: np.ndarray  # half circles that a turn goes on for, at most
+    times: np.ndarray  # half circles that a turn goes on for, at most; 0: what goes along the path ends at rest
     calm: np.ndarray
 
     def take(self, which) -> Legs:
@@ -31,8 +34,8 @@ class Legs(NamedTuple):
 class Law:
     """How a class moves."""
 
-    def __init__(self, kind: Kind, scan: float):
-        self.kind, self.scan = kind, scan
+    def __init__(self, kind: Kind, scan: float, rests: bool = False):
+        self.kind, self.scan, self.rests = kind, scan, rests
         self.wobble = WOBBLE * kind.acceleration[0] * np.sqrt(min(scan, kind.leg[0]))
         self.speed, self.leg, self.sharp = (np.log(span) for span in (kind.speed, kind.leg, kind.acceleration))
 
@@ -57,9 +60,9 @@ class Law:
         left[s] = np.maximum(np.exp(at[s]), LEAST_LEG * self.scan) - legs.age[s]
         falling = np.exp(high - u * (high - low))
         goal = np.where(legs.sign > 0, np.exp(np.where(l, at, 0.0)), np.where(l, falling, 1.0))
-        left[l] = (np.abs(goal - v) / a)[l]
+        left[l] = (np.abs(np.where(legs.times > 0, goal, 0.0) - v) / a)[l]
         left[t] = ((at - legs.age) * v / a)[t]
-        left[legs.calm] = np.inf
+        left[legs.calm & (v > SLOWEST)] = np.inf
         return np.maximum(left, 0.0)
 
     def share_ending(self, legs: Legs, x: np.ndarray, d: float) -> np.ndarray:
@@ -72,22 +75,27 @@ class Law:
         up, down = np.log(v + a * d), np.log(np.maximum(v - a * d, 1e-300))
         share[l] = np.where(legs.sign > 0, up - low, high - down)[l] / (high - low)[l]
         share[t] = ((legs.age + a * d / v - low) / (high - low))[t]
-        share[legs.calm] = 0.0
+        share[l & (legs.times == 0)] = (a * d >= v)[l & (legs.times == 0)]
+        share[legs.calm & (v > SLOWEST)] = 0.0
         return np.clip(share, 0.0, 1.0)
 
     def begin(self, rng, legs: Legs, x: np.ndarray, P: np.ndarray, which: np.ndarray) -> None:
-        """Let a manoeuvre follow on a straight leg, and a straight leg on a manoeuvre."""
+        """Let a manoeuvre follow on a straight leg, and a straight leg or a rest on a manoeuvre."""
         n = len(which)
         was = legs.mode[which]
-        dice = rng.random(n)
-        new = np.where(was != STRAIGHT, STRAIGHT, np.where(dice < ALONGS, ALONG, ACROSS))
-        legs.mode[which], legs.age[which] = new, 0.0
+        halt(x, P, which[(was == ALONG) & (legs.times[which] == 0)])
         v = np.maximum(np.hypot(x[which, 1], x[which, 3]), 1e-9)
+        dice = rng.random(n)
+        new = np.where(was != STRAIGHT, STRAIGHT, np.where((dice < ALONGS) | (v < SLOWEST), ALONG, ACROSS))
+        legs.mode[which], legs.age[which] = new, 0.0
         rising = np.clip((self.speed[1] - np.log(v)) / (self.speed[1] - self.speed[0]), 0.0, 1.0)
         either = np.where(rng.random(n) < np.where(new == ALONG, rising, 0.5), 1.0, -1.0)
         legs.sign[which] = either
         goes_round = self.kind.circles & (dice < 0.7) & (new == ACROSS)
         legs.times[which] = np.where(goes_round, rng.integers(2, 8, n), 1)
+        if self.rests:
+            stops = (new == ALONG) & (v > SLOWEST) & (rng.random(n) < STOPS)
+            legs.times[which[stops]], legs.sign[which[stops]] = 0, -1.0
         width = (self.sharp[1] - self.sharp[0]) / STRATA
         moved = new != STRAIGHT
         at = which[moved]
@@ -96,6 +104,15 @@ class Law:
         P[at, 4, 4] = width**2 / 12
         still = which[~moved]
         P[still, 4, :], P[still, :, 4] = 0.0, 0.0
+
+
+def halt(x: np.ndarray, P: np.ndarray, which: np.ndarray) -> None:
+    """Let some rest: they keep a way and nothing else of their velocity."""
+    v = np.maximum(np.hypot(x[which, 1], x[which, 3]), 1e-300)
+    for h in (1, 3):
+        x[which, h] *= RESTING / v
+        P[which, h, :] = P[which, :, h] = 0.0
+        P[which, h, h] = (HEADING * RESTING) ** 2
 
 
 def move(legs: Legs, x: np.ndarray, d: np.ndarray) -> np.ndarray:
@@ -112,7 +129,7 @@ def move(legs: Legs, x: np.ndarray, d: np.ndarray) -> np.ndarray:
     vE, vN = x[:, 1], x[:, 3]
     made[:, 0] += gain * (s * vE + c * vN)  # to the right is positive
     made[:, 2] += gain * (s * vN - c * vE)
-    k = 1 + along * d / safe
+    k = np.maximum(1 + along * d / safe, 1e-9)  # nothing slows beyond rest
     made[:, 1] = k * (vE * np.cos(turn) + vN * np.sin(turn))
     made[:, 3] = k * (vN * np.cos(turn) - vE * np.sin(turn))
     return made
