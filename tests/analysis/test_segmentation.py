@@ -311,3 +311,12 @@ def test_a_gain_that_wanders_is_not_told_to_have_jumped(number, monkeypatch):
     assert not seen.jumps()
     monkeypatch.setattr(segmentation, "is_sudden", lambda *_: True)
     assert seen.jumps()  # by their odds alone
+
+
+def test_a_gain_that_jumps_is_no_line():
+    """A line has most of the jump and a number less; it hides what is left."""
+    data = record(draw(230005, 1147), 230005)
+    told = found(data.y, data.u)
+    assert [jump.kind for jump in told] == [GAIN]
+    low, high = told[0].interval
+    assert low <= 263 <= high and told[0].after / told[0].before == pytest.approx(2, rel=0.3)

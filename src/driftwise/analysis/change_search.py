@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from .change_places import LEVEL, LONG, NEAR, Place, colourless, kinds, located, place, standing, walk, worth
+from .change_places import GAIN, LEVEL, LONG, NEAR, Place, colourless, kinds, located, place, standing, walk, worth
 from .noise_jumps import LEAST, PIECES, SURE, noisy
 from .onsets import abrupt
 from .pairs import joined
@@ -26,7 +26,7 @@ EVEN = 6.0  # of the criterion: of changes no further apart, the surest is taken
 def searched(now: Response) -> Response:
     """Return a response with all that it asks for; where something was added, its order is chosen again."""
     for _ in range(2):
-        before, now = now.parts, noisy(joined(changed(noisy(now))))
+        before, now = now.parts, noisy(joined(at_once(changed(noisy(now)))))
         if now.parts == before:
             break
         if (
@@ -54,6 +54,23 @@ def changed(now: Response) -> Response:
         _, now = max((pair for pair in sure if pair[1].criterion < least + EVEN), key=lambda pair: pair[0])
         best = min(best, now, key=lambda one: one.criterion)
     return best
+
+
+def at_once(now: Response) -> Response:
+    """Return a response whose gains jump where they were taken to move along a line, if a jump is likelier.
+
+    A line has most of a jump and a number less: it is found first, and hides what is left. As a walk does (`walk`), it
+    pays here what the numbers of a jump pay.
+    """
+    for i in now.ramps:
+        less = now.without("ramps", now.ramps.index(i)).settled(1)
+        hint = place(less, GAIN, i, least=HOPE)
+        found = tried(less, GAIN, i, hint.at) if hint else None
+        where = standing(found[1], "gains", len(found[1].gains) - 1) if found else None
+        line = 0.5 * (less.criterion - now.criterion - math.log(len(now.rows)))
+        if found and where and where.log_odds > SURE and where.whole > line:
+            now = found[1]
+    return now
 
 
 def pruned(now: Response) -> Response:
