@@ -219,6 +219,8 @@ def test_decimal_years_and_months_are_a_clock(tmp_path):
     rows = [f"{1960 + k / 12:.4f},{a:.4f},{b:.4f}" for k, (a, b) in enumerate(zip(y, u[:, 0]))]
     table = read(written(tmp_path / "a.csv", "time,level,valve", rows))[0]
     assert table.timed and table.dt == pytest.approx(365.25 * 86400 / 12, rel=0.01)
+    rows = [f"{2100 + k / 4:.2f},{a:.4f},{b:.4f}" for k, (a, b) in enumerate(zip(y, u[:, 0]))]  # a projection
+    assert read(written(tmp_path / "c.csv", "time,level,valve", rows))[0].dt == pytest.approx(365.25 * 86400 / 4)
     rows = [f"{1960 + k // 12}-{k % 12 + 1:02d},{a:.4f},{b:.4f}" for k, (a, b) in enumerate(zip(y, u[:, 0]))]
     assert read(written(tmp_path / "b.csv", "month,level,valve", rows))[0].sampling.kind == "regular"
 

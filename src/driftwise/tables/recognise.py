@@ -360,9 +360,9 @@ def _seconds(time, unit: str) -> float | None:
 
 
 def _counts_years(time) -> bool:
-    """Whether a clock counts years in months or quarters, 1990.0833: what statistics packages write of a series."""
+    """Whether a clock counts years in months or quarters, 1990.0833: of statistics packages; projections go to 2500."""
     time = time[np.isfinite(time)]
-    if time.size < 3 or not (1500 <= time.min() and time.max() < 2200):
+    if time.size < 3 or not (1500 <= time.min() and time.max() < 2500):
         return False
     step = float(np.median(np.diff(time)))
     return any(abs(step * parts - 1.0) < 0.02 for parts in (2, 4, 12, 52, 365.25))
