@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from driftwise_studies.score.claims.drawing import draw
 from driftwise_studies.score.claims.simulation import record
-from driftwise_studies.score.claims.wander import wandering
+from driftwise_studies.score.claims.wander import WALK, wandering
 from scipy.signal import lfilter
 
 from driftwise.analysis import segmentation
@@ -320,3 +320,20 @@ def test_a_gain_that_jumps_is_no_line():
     assert [jump.kind for jump in told] == [GAIN]
     low, high = told[0].interval
     assert low <= 263 <= high and told[0].after / told[0].before == pytest.approx(2, rel=0.3)
+
+
+@pytest.mark.parametrize("number", [15, 65])
+def test_a_walk_beside_white_noise_is_no_step_where_even_odds_tell_one(number, monkeypatch):
+    seen = hindsight(*wandering(621, number, WALK))
+    assert not seen.jumps()
+    monkeypatch.setitem(segmentation.AT_ONCE, LEVEL, 0.0)
+    assert [jump.kind for jump in seen.jumps()] == [LEVEL]
+
+
+def test_a_level_that_is_said_to_be_visible_beside_noise_alone_is_told():
+    told, places = 0, (0.2, 0.5, 0.8)
+    for seed in range(10):
+        y, u = np.random.default_rng([992, seed]).standard_normal(800), np.zeros((800, 0))
+        size = hindsight(y, u).visible().level
+        told += sum(bool(found(y + size * (np.arange(800) >= 800 * at), u)) for at in places)
+    assert told >= 20  # of 30; of steps as large as no walk was asked for, half

@@ -337,16 +337,25 @@ def walk(other: Response, i: int | None, calm: float) -> float:
     The cosines of a walk over the record, of deviations that fall as 1/k, are weighed by the variance under which they
     are likeliest (a marginal likelihood); by Schwarz's criterion it costs what the numbers of a jump cost.
     """
+    U, spread = walks(other, i)
+    gained = best_walk(U.T @ (other.left * other.weight), spread, calm)
+    return gained - NUMBERS[LEVEL if i is None else GAIN] * 0.5 * math.log(len(other.rows))
+
+
+def walks(other: Response, i: int | None) -> tuple[np.ndarray, np.ndarray]:
+    """Return what walks do to the rows beside all else: directions (rows, K), and the deviation of each, (K,)."""
     T, k = len(other.used), np.arange(1, WAVES + 1)[:, None]
     waves = np.cos(np.pi * k * (np.arange(T) + 0.5) / T) / k
     if i is not None:
         waves = linear_filter([1.0], other.denominator, (other.driven(i, other.moved(i)) * waves).T).T
     D = (other.whitened(waves) * other.weight).T
-    U, size, _ = np.linalg.svd(D - other.basis @ (other.basis.T @ D), full_matrices=False)
-    z = U.T @ (other.left * other.weight)
-    power = np.exp(np.linspace(*WALKS))[:, None] * size**2
-    gained = np.max(np.sum(power * z**2 / (1 + power) - np.log1p(power), axis=1)) / 2 / calm
-    return float(gained) - NUMBERS[LEVEL if i is None else GAIN] * 0.5 * math.log(len(other.rows))
+    return np.linalg.svd(D - other.basis @ (other.basis.T @ D), full_matrices=False)[:2]
+
+
+def best_walk(z, spread, calm: float) -> float:
+    """Return the log likelihood ratio of z (K,), along the directions of walks, under the likeliest variance of one."""
+    power = np.exp(np.linspace(*WALKS))[:, None] * spread**2
+    return float(np.max(np.sum(power * z**2 / (1 + power) - np.log1p(power), axis=1))) / 2 / calm
 
 
 def worth(now: Response, part: str, many: int) -> float:

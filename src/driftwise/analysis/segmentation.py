@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .beginnings import beginnings
-from .change_places import GAIN, LEVEL, Place, part_of, standing, walked
+from .change_places import GAIN, LEVEL, Place, best_walk, part_of, standing, walked, walks
 from .change_search import searched
 from .driven_noise import beside_moves
 from .lost_inputs import completed
@@ -22,6 +22,8 @@ from .response_record import long_run, recorded
 EDGE, BESIDE = 6, 5.0  # part of a record that is its edge; log odds that chance may take
 NOISE = "noise"
 TOLD = {LEVEL: math.log(1000.0), GAIN: SURE}  # log odds from which one is told: what is slow looks like a level
+AT_ONCE = {LEVEL: math.log(10.0), GAIN: 0.0}  # log odds to a walk from which one is told: a gain's are seldom weak
+LARGER = 1.05 ** np.arange(40)  # than the least step of a level, what it is that no walk explains as well
 
 
 class Jump(NamedTuple):
@@ -99,6 +101,8 @@ class Hindsight(NamedTuple):
             free = max(float(min(x @ x for x in d)), 1e-300)
             calm = max(max(long_run(x * r) / max(float(np.mean(x * x)), 1e-300) for x in d), 1.0)
             sizes.append(math.sqrt(2 * (need + TOLD[kind]) * calm / free))
+            if kind == LEVEL:
+                sizes[0] = max(sudden(now, x, calm, sizes[0]) for x in d)
         share, factors, z = 1 / EDGE, np.linspace(1.05, 10.0, 200), r**2 / max(float(np.mean(r**2)), 1e-300) - 1
         gain = 0.5 * n * (np.log(1 - share + share * factors**2) - share * np.log(factors**2))
         enough = np.flatnonzero(gain / max(long_run(z) / 2, 1.0) > need + SURE)
@@ -112,9 +116,20 @@ def beside_rounding(now: Response, factor: float) -> float:
     return math.sqrt((1 - share) / (factor**-2 - share)) if share < factor**-2 else math.inf
 
 
+def sudden(now: Response, d, calm: float, least: float) -> float:
+    """Return the least size, and no less than one, from which a level that does ``d`` per unit is no walk.
+
+    What chance takes of the step it may give to the walk.
+    """
+    U, spread = walks(now, None)
+    sizes, z, free = least * LARGER, U.T @ d, 0.5 * float(d @ d) / calm
+    more = [size**2 * free - best_walk(size * z, spread, calm) for size in sizes.tolist()]
+    return float(sizes[int(np.argmax(np.array(more) > AT_ONCE[LEVEL] + 2 * BESIDE))])
+
+
 def is_sudden(now: Response, part: str, j: int, where: Place) -> bool:
     """Whether a change is likelier to have come at once than as a walk."""
-    return where.whole > walked(now, part, j, where.calm)
+    return where.whole > walked(now, part, j, where.calm) + AT_ONCE[LEVEL if part == "levels" else GAIN]
 
 
 def unseen(jump: Jump, seen) -> Jump:
