@@ -31,6 +31,7 @@ from driftwise.memory.bank import BANK
 from driftwise.memory.bayesian_change_point import CHANGE_POINT, HYPOTHESIS
 from driftwise.memory.likelihood_drift import LEARNER
 from driftwise.memory.modes import MODE
+from driftwise.memory.moments import MOMENT, ROW
 from driftwise.memory.robust_start import ROWS
 from driftwise.memory.second_start import SECOND
 from driftwise.memory.suspicion import SUSPICION
@@ -69,6 +70,8 @@ MEMORIES = {
     "`suspicion` of `AutoMemory`": SUSPICION,
     "`second` of `AutoMemory`": SECOND,
     "`rows` of `AutoMemory`": ROWS,
+    "`moments` of `AutoMemory`": MOMENT,
+    "a row of `kept` of `moments`": ROW,
     "`trial` of `AutoMemory`": TRIAL,
     "`Window`": WINDOW,
     "`BayesianChangePoint`": CHANGE_POINT,

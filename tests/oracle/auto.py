@@ -10,6 +10,7 @@ import numpy as np
 from scipy.special import logsumexp
 
 from oracle.banks import Bank, Run, Units, forecast, mix, moments, outer, predict, start, update, where
+from oracle.moments import Moments
 
 SPEEDS = np.array([[0.9997, 5e-5, 2.5e-4], [3e-4, 0.9994, 3e-4], [2e-4, 5e-5, 0.99975]])
 
@@ -326,7 +327,7 @@ def run_auto(y, psi, phi, told=None, levels=(0.0, 1e-1), expect="both", P0=1e4):
     inc, out = start(S, M, n, P0, *((1 - n, 0.0) if learnt else (2.0, 2 * told))), Run.of(S, T, n, M)
     cap, trials, views = 2 * P0, [None] * S, [None] * S  # of a view: mean, P, sigma^2
     seconds, quiet, struck_before = [None] * S, np.zeros(S), np.zeros(S)
-    rows = [Rows(n) for _ in range(S)]
+    rows, looks = [Rows(n) for _ in range(S)], [Moments(n, learnt) for _ in range(S)]
 
     def later(s, here):
         """A filter that knows nothing yet."""
@@ -430,6 +431,17 @@ def run_auto(y, psi, phi, told=None, levels=(0.0, 1e-1), expect="both", P0=1e4):
                 out.odds[s, k] = trial.odds
                 if trial.shown.any():
                     views[s] = blend(new.at([s]), learner.eta[s], trial, over[s])
+            if what:
+                looks[s].forget()
+            elif expect != "outliers" and units.count[s] > 200 and not rest[s]:
+                looks[s].see(inc, new, taken, s, row[s])
+                found = looks[s].judge(new, s, over[s], alm[s, -1])
+                if found:
+                    looks[s].follow(new, s, found)
+                    learner.dtheta[s] = learner.dP[s] = 0
+                    trials[s], views[s], what, out.odds[s, k] = None, None, "jump", found[0]
+                    sums[s].calm()
+                    out.events.append((int(s), k, what))
             if views[s] is None:
                 views[s] = tuple(part[0] for part in shy(new.at([s]), learner.eta[s]))
             clean[s] = 0 if rho > 0.5 else clean[s] + 1

@@ -5,12 +5,14 @@ import math
 from ..detect.watch import SINCE, STATISTIC, WHICH
 from ..engine.dense import at, dot
 from ..engine.dispatch import kernel, rare
+from ..engine.elementary import log
 from ..engine.status import AT_REST, CAPPED, NOISE, OUTLIER
 from ..engine.ud import predicted_variance
 from .auto_constants import (
     EVEN,
     FREQUENT,
     ISOLATED,
+    LEARNT,
     STILL_LOUD,
     SUSPECT,
     SUSPECT_FREQUENT,
@@ -38,8 +40,11 @@ from .auto_state import (
 from .bank import FREEDOM_NOW, SIGMA2_NOW, WAITS, count_mixture
 from .likelihood_drift import carry, climb, follow, ratio
 from .mixing import drift_apart, drift_beside_state, interact, merge, take_dense_along, take_modes_along
-from .modes import begin_modes, fold, unfold
+from .modes import WEIGHT, begin_modes, fold, mode, unfold
 from .modes import update as update_bank
+from .moments import ODDS as MOMENT_ODDS
+from .moments import SINCE as MOMENT_SINCE
+from .moments import add_up, expected, follow_moment, forget_moments, look_back
 from .robust_start import remember
 from .second_start import concede, is_explained, let_start, start_again
 from .suspicion import calm, suspect
@@ -92,6 +97,18 @@ def try_out(memory, parts, e, R, evidence, rho, outliers, view):
     return rho
 
 
+@rare
+def tell_moment(memory, parts, view):
+    """Tell a jump of one parameter at some moment of the last samples; the bank is what jumped."""
+    trial, head, own, moments, unit = parts.trial, parts.head, parts.own, parts.moments, parts.drift.unit
+    follow_moment(memory, moments, parts.learner, own.bank, own.dense, unit, view.c)
+    head[VERDICT], head[SINCE_NOW] = A_JUMP, moments.head[MOMENT_SINCE]
+    end_trial(trial)
+    trial.head[ODDS] = moments.head[MOMENT_ODDS]
+    calm(parts.sums)
+    forget_moments(moments)
+
+
 @kernel
 def adapt_auto(memory, state, e, R, view):
     """Let bank, learner and trial see a sample; theta and P become those of what is shown; return T."""
@@ -117,6 +134,11 @@ def adapt_auto(memory, state, e, R, view):
     is_early = drift.head[SEEN] < YOUNG_ENOUGH and not is_unexcited
     if memory.stakes > 0.0 and is_early and R <= TRUSTED * memory.R:  # rows of a regression alone stay what they are
         remember(parts.rows, view.psi, e + dot(view.psi, theta))
+    looks_back = memory.stakes * memory.jumps > 0.0 and drift.head[SEEN] > LEARNT and not is_unexcited
+    slow, slow_e, slow_T, slow_s2, slow_weight = mode(own.bank, 0, N).own, 0.0, 1.0, 1.0, 1.0
+    if looks_back:
+        slow_e, slow_T, slow_s2 = expected(memory, own.bank, e, R, theta, view)
+        slow_weight = slow[WEIGHT]
     evidence, rho = update_bank(memory, own, e, R, theta, view, outliers, is_unexcited, is_unexcited)
     own.head[WAITS] = 0.0 if is_unexcited else 1.0
     if is_unexcited:
@@ -139,6 +161,13 @@ def adapt_auto(memory, state, e, R, view):
         unfold(trial.copies, trial.dense, N)
     else:
         show_none(trial)
+    if head[VERDICT] != NOTHING:
+        forget_moments(parts.moments)
+    elif looks_back:
+        over_bank, share = log(slow[WEIGHT] / slow_weight), 1.0 - own.logs[M + 4]
+        add_up(parts.moments, view.psi, slow_e, slow_T, slow_s2, share, over_bank)
+        if look_back(memory, parts.moments, own.bank, drift.unit, drift.q):
+            tell_moment(memory, parts, view)
     head[RHO], head[IS_ISOLATED] = rho, 1.0 if head[CLEAN] >= ISOLATED else 0.0
     head[CLEAN] = 0.0 if rho > 0.5 else head[CLEAN] + 1.0
     head[SINCE_GAP] += 1.0

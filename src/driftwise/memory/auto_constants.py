@@ -56,6 +56,9 @@ LOUD, LOUD_FREEDOM = 3.0, 1.0  # at a surprise the new sigma^2 over the old: so 
 PLAIN_FREEDOM = 2.0  # without one it may be either way: as it was, by two samples
 STILL_LOUD = 1.2  # times sigma^2 of before: as long as that, drift is told in units of the noise before it was louder
 FREED_FREEDOM = 4.0  # what is known of sigma^2 after a jump, at most: a level may have changed with it
+STEP, MOMENTS = 4, 8  # samples between two moments at which one parameter may have jumped, and how many are kept
+WORTH = 8.0  # variances of noise that a jump must explain before the sum over moments is worth its exponentials
+MOMENT_BY_DRIFT = 0.0  # log odds that it needs against the bank, and against having walked all the time
 
 # Trials
 SURPRISE = 9.0  # times the variance of a prediction: a trial begins, as one sample in 370 does by chance

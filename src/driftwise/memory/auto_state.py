@@ -6,9 +6,10 @@ import numpy as np
 
 from ..engine.dispatch import kernel
 from ..engine.layout import Field, Layout, numbers
-from .auto_constants import LEVELS, STRUCK_FADES
+from .auto_constants import LEVELS, MOMENTS, STRUCK_FADES
 from .bank import bank_size, open_bank
 from .likelihood_drift import learner_size, open_learner
+from .moments import moments_size, open_moments
 from .robust_start import open_rows, rows_size
 from .second_start import open_second, second_size, share_of
 from .suspicion import open_suspicion, suspicion_size
@@ -39,6 +40,7 @@ AUTO = Layout(
     Field("second", ("second_size(N)",), "another start"),
     Field("learner", ("learner_size(N, N)",), "what learns the ratio of the last mode"),
     Field("rows", ("rows_size(N)",), "the last rows, some of which another start begins with"),
+    Field("moments", ("moments_size(N, M, MOMENTS)",), "when one parameter may have jumped"),
     given=("N", "M"),
     bank_size=bank_size,
     suspicion_size=suspicion_size,
@@ -46,6 +48,8 @@ AUTO = Layout(
     trial_size=trial_size,
     learner_size=learner_size,
     rows_size=rows_size,
+    moments_size=moments_size,
+    MOMENTS=MOMENTS,
 )
 open_auto, auto_size = kernel(AUTO.open), kernel(AUTO.size)
 
@@ -61,6 +65,7 @@ class Parts(NamedTuple):
     second: tuple
     learner: tuple
     rows: tuple
+    moments: tuple
 
 
 @kernel
@@ -70,10 +75,9 @@ def open_parts(memory, state, N):
     parts = open_auto(drift.own, N, MODES)
     bank, trial = open_bank(parts.bank, N, MODES), open_trial(parts.trial, N, MODES)
     sums = open_suspicion(parts.suspicion, N)
-    second = open_second(parts.second, N)
-    return Parts(
-        drift, bank, parts.head, sums, trial, second, open_learner(parts.learner, N, N), open_rows(parts.rows, N)
-    )
+    second, learner = open_second(parts.second, N), open_learner(parts.learner, N, N)
+    rows, moments = open_rows(parts.rows, N), open_moments(parts.moments, N, MODES, MOMENTS)
+    return Parts(drift, bank, parts.head, sums, trial, second, learner, rows, moments)
 
 
 @kernel

@@ -76,6 +76,7 @@ class Form(Enum):
     NO_GAPS = "AutoMemory did not count the samples since an output was missing; the mean of an average was of four"
     NO_OUTLIERS = "no second start of AutoMemory counted its own outliers"
     NO_ROWS = "AutoMemory remembered none of the last rows"
+    NO_MOMENTS = "AutoMemory summed nothing up over the moments of a jump"
 
 
 def until(last: Form, was: Any, now: Any) -> dict[Form, Any]:
@@ -207,27 +208,30 @@ def _by_sizes(was: np.ndarray, piece: Piece) -> np.ndarray:
 
 def _piece(memory, size: int) -> Piece:
     """Return how long the part of an `AutoMemory` was and is."""
+    from ..memory.auto_constants import MOMENTS
     from ..memory.auto_state import HEAD, MODES
     from ..memory.bank import bank_size
     from ..memory.likelihood_drift import learner_size
     from ..memory.modes import size_of
+    from ..memory.moments import moments_size
     from ..memory.robust_start import rows_size
     from ..memory.second_start import second_size
     from ..memory.unknown_drift import drift_state_size
 
     N, now = memory.cap.size, memory.state_size(memory.cap.size)
     first = SHORT_HEAD + bank_size(N, MODES) + 2 * MODES * size_of(N) + learner_size(N, N)
-    last = now - rows_size(N) - UNCOUNTED
+    with_rows = now - moments_size(N, MODES, MOMENTS)
+    last = with_rows - rows_size(N) - UNCOUNTED
     third, fourth = last - (HEAD - SHORT_HEAD), last - (HEAD - GAPLESS_HEAD)
     second = third - second_size(N) + UNCOUNTED
     before = {
         **until(Form.NO_GAPS, fourth, last),
         Form.BANKS: drift_state_size(N, first), Form.ONE_START: second, Form.SHORT_HEAD: third,
-        Form.NO_ROWS: last + UNCOUNTED,
+        Form.NO_ROWS: last + UNCOUNTED, Form.NO_MOMENTS: with_rows,
     }  # fmt: skip
     makers = {
         **until(Form.NO_GAPS, _longer_head, _counting), Form.BANKS: _trials, Form.ONE_START: _second_start,
-        Form.NO_ROWS: _no_rows,
+        Form.NO_ROWS: _longer, Form.NO_MOMENTS: _longer,
     }  # fmt: skip
     return Piece(before, now, makers, memory)
 
@@ -242,7 +246,7 @@ def _average(estimator, size: int) -> Piece:
     before = {
         Form.BANKS: first, Form.ONE_START: second, Form.SHORT_HEAD: second, Form.NO_SPREAD: apart + 2,
         Form.ONE_WIDTH: apart + 3 + 3 * MEANS, Form.NO_GAPS: apart + 1 + 3 * MEANS + 4 * SHAPES, Form.NO_OUTLIERS: size,
-        Form.NO_ROWS: size,
+        Form.NO_ROWS: size, Form.NO_MOMENTS: size,
     }  # fmt: skip
     makers = {
         **until(Form.SHORT_HEAD, _alone, None), Form.NO_SPREAD: _of_one_width, Form.ONE_WIDTH: _of_one_width,
@@ -306,11 +310,11 @@ def _counting(was: np.ndarray, piece: Piece) -> np.ndarray:
     from ..memory.modes import size_of
 
     N = piece.owner.cap.size
-    return _no_rows(np.insert(was, was.shape[-1] - learner_size(N, N) - size_of(N), 0.0, axis=-1), piece)
+    return _longer(np.insert(was, was.shape[-1] - learner_size(N, N) - size_of(N), 0.0, axis=-1), piece)
 
 
-def _no_rows(was: np.ndarray, piece: Piece) -> np.ndarray:
-    """Return what one `AutoMemory` keeps, which remembers no rows; they stand last."""
+def _longer(was: np.ndarray, piece: Piece) -> np.ndarray:
+    """Return what one `AutoMemory` keeps, which remembers no rows or moments; they stand last."""
     return np.concatenate([was, np.zeros((*was.shape[:-1], piece.now - was.shape[-1]))], axis=-1)
 
 
