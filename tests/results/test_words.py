@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import driftwise as dw
-from driftwise.results.sentences import size_words
+from driftwise.results.sentences import pole_words, size_words
 from driftwise.results.whiteness import Nis
 
 Y, U = dw.simulate([-0.8], [1.0], samples=300, noise_std=0.1, seed=1)
@@ -164,3 +164,18 @@ def test_an_interval_has_the_unit_of_its_number():
     assert table.lasting_between(79200.0, 70920.0, 92448.0) == ("22 h", "19.7 to 25.7 h")
     table = dw.identify({"u": U, "y": Y}).table
     assert table.lasting_between(1.0, 0.9, 1.2) == ("1 sample", "0.9 to 1.2 samples")
+
+
+@pytest.mark.parametrize(
+    "pole, std, said",
+    [
+        (1.02, 0.004, "an unstable mode"),
+        (1.02, 0.04, "an integrator"),
+        (1.2, 0.3, "a mode that cannot be told from an integrator"),
+        (1.01 * np.exp(0.9j), 0.04, "hardly dies out"),
+        (1.05 * np.exp(0.9j), 0.01, "an unstable mode"),
+        (-1.01, 0.04, "an alternating mode"),
+    ],
+)
+def test_a_mode_runs_away_only_where_that_is_sure(pole, std, said):
+    assert said in pole_words(complex(pole), std, 1.0)

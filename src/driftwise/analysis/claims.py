@@ -84,7 +84,7 @@ def _dynamics(found) -> Iterator[Claim]:
     table, effects = found.table, found.effects
     if not table.inputs:
         poles = [(p, std) for p, std in found.summary.moduli if abs(p) > FAST and p.imag >= 0]
-        yield from (_mode(p, std, table) for p, std in poles[:1])
+        yield from (_mode(p, std, table) for p, std in poles[:1] if found.is_useful and _is_seen(p, std))
         return
     for name, effect in zip(table.inputs, effects.of):
         answer = effect.step
@@ -100,6 +100,11 @@ def _dynamics(found) -> Iterator[Claim]:
         ends = tuple(table.dt * end for end in swing.interval)
         text = say.swing_words(table.lasting(table.dt * swing.period), table.lasting(table.dt * swing.time))
         yield Claim("pole", table.output, text, table.dt * swing.period, ends)
+
+
+def _is_seen(p: complex, std: float) -> bool:
+    """Say whether a mode that swings or alternates is told from none; a time constant has its interval."""
+    return (p.real > 0 and not p.imag) or not abs(p) < 2 * std
 
 
 def _mode(p: complex, std: float, table) -> Claim:

@@ -15,6 +15,7 @@ from ..models.markup import markup
 from ..results import verbs
 from ..results.claims import Claim, told
 from ..results.frames import as_frame
+from ..results.numbers import ordinal
 from ..results.parameter_trace import ParameterTrace
 from ..results.stable import runs_away
 from ..results.summary import Summary
@@ -71,6 +72,8 @@ class Identification:
         The last of them; None where there was none.
     losses : tuple of str
         What could not be read of the table, a sentence each.
+    breaks : tuple of (float, float)
+        Where the clock of the table started again, on the clock of the trace, and what that is ahead of it since.
     effects : Effects
         What the inputs do, at the end: gains, and answers to a step, by a response that is fitted in hindsight; by the
         chosen model at the end of the run where that explains the record better.
@@ -103,6 +106,7 @@ class Identification:
     alarms: int = 0
     last: Change | None = None
     losses: tuple[str, ...] = ()
+    breaks: tuple[tuple[float, float], ...] = ()
     effects: Effects | None = None
     visible: Visible | None = None
 
@@ -195,10 +199,21 @@ class Identification:
 
     def phrase(self, change: Change) -> str:
         """Return a change as a phrase, with its time on the clock of the table."""
-        at = self.table.at
-        when, *ends = (at(time, self.origin) for time in (change.time, *change.times))
+        run = self._run(change.time) if self.breaks else 0
+        when, *ends = (self._at(time, run) for time in (change.time, *change.times))
         between = "" if ends == [when, when] else f" ({' to '.join(end.removeprefix('at ') for end in ends)})"
-        return f"{when}{between} {change.what}"
+        of_run = f" of the {ordinal(run)} run of the clock" if run else ""
+        return f"{when}{of_run}{between} {change.what}"
+
+    def _run(self, time: float) -> int:
+        """Return which run of the clock an instant lies in, from 1: it may have started again."""
+        return 1 + sum(begin <= time for begin, _ in self.breaks)
+
+    def _at(self, time: float, known: int) -> str:
+        """Return an instant as a phrase, as it stands in the table; with the run of its clock unless that is known."""
+        run = self._run(time)
+        at = self.table.at(time - self.breaks[run - 2][1] if run > 1 else time, self.origin)
+        return at if run == known or not self.breaks else f"{at} of the {ordinal(run)}"
 
     def report(self, path, title: str | None = None) -> Any:
         """Write one self-contained HTML page that opens without a network."""
@@ -304,8 +319,8 @@ class Finder:
         white = whiteness_verdict(self.summary.whiteness, self.summary.observed)
         return found if white.is_fine else found.unknown()
 
-    def found(self, trace: ParameterTrace, forecast: AverageTrace, losses=()) -> Identification:
-        """Return the answer; trace and forecast may be thinned out, ``losses`` is what could not be read."""
+    def found(self, trace: ParameterTrace, forecast: AverageTrace, losses=(), breaks=()) -> Identification:
+        """Return the answer; trace and forecast may be thinned out, the rest is what reading the table brought up."""
         naive = self.identifier.baselines
         own, effects = quoted(self.forecast_summary, self.own_summary, naive).verdicts, self.effects()
         names = {verdict.name for verdict in own}
@@ -321,6 +336,6 @@ class Finder:
         return Identification(
             self.table, trace, forecast, self.summary, self.forecast_summary, self.own_summary, changes,
             Diagnosis([*own, *rest]), self.identifier.rivals, self.identifier.chosen, naive, self.identifier.naive,
-            self.identifier.center, self.origin, self.log.count, last, tuple(losses),
+            self.identifier.center, self.origin, self.log.count, last, tuple(losses), tuple(breaks),
             effects, self.log.visible,
         )  # fmt: skip

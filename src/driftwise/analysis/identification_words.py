@@ -7,7 +7,7 @@ import math
 
 from ..results.numbers import count_of, listed, sentence
 from ..results.sentences import pole_words
-from ..results.stable import NEAR, is_integrator, swings
+from ..results.stable import NEAR, is_integrator, runs_away, swings
 
 FIRST_GUESSES = "measured outputs are too few to compare models: the numbers are first guesses."
 
@@ -88,12 +88,12 @@ def swing_words(period: str, time: str) -> str:
 def mode_words(p: complex, std: float, table) -> str:
     """Return what a pole that does more than decay means in time."""
     r, dt = abs(p), table.dt
-    if not 0 < r < 1 or not swings(p) or is_integrator(p, std):
+    if not swings(p) or runs_away(r, std) or is_integrator(p, std):
         return sentence(pole_words(p, std, dt))
     period = table.lasting(2 * math.pi * dt / abs(cmath.phase(p)))
-    tau = table.lasting(-dt / math.log(r))
-    dies = f"that dies out with time constant {tau}" if 1 - r > min(2 * std, NEAR) else "that hardly dies out"
-    return f"Oscillation of period {period} {dies}."
+    if 1 - r > min(2 * std, NEAR):
+        return f"Oscillation of period {period} that dies out with time constant {table.lasting(-dt / math.log(r))}."
+    return f"Oscillation of period {period} that hardly dies out."
 
 
 def gain_sentence(gain: float, std: float, interval, name: str, bend=None, is_open: bool = False) -> str:

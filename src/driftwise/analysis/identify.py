@@ -55,7 +55,7 @@ def identify(data, output: str | None = None, input=None, time: str | None = Non
     ('ARX(2,2,1)', 'temperature')
     """
     table, stretches = read_settled(data, output, input, time, dt=dt)
-    finder = Finder(table, stretches.table.origin(table.time) if table.time else None)
+    finder = Finder(table, stretches.origin)
     forecasts: list[Any] = []
     traces: list[Any] = []
     for piece in gathered(stretches):
@@ -66,4 +66,4 @@ def identify(data, output: str | None = None, input=None, time: str | None = Non
     stamps, y, u, outs = columns
     whole = type(traces[0])(finder.estimator, y, u, outs, "std", traces[-1].state, time=stamps)
     whole.begun = traces[0].begun
-    return finder.found(whole, joined(forecasts, stamps), stretches.losses())
+    return finder.found(whole, joined(forecasts, stamps), stretches.losses(), stretches.clock.breaks)

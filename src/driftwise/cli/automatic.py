@@ -47,7 +47,7 @@ class AutomaticJob(RunOptions, RecordJob):
         table, segments = read_settled(self.file, output, inputs, self.time, self.chunk, dt=self.dt)
         if table.is_ambiguous and not self.take_best:
             ask(table, self)
-        finder = Finder(table, segments.table.origin(table.time))
+        finder = Finder(table, segments.origin)
         with Saver(self.save) as saver, reading(segments.table.source, "identifying") as advance:
             try:
                 for piece in gathered(self._within(table, segments), self.chunk):
@@ -65,7 +65,7 @@ class AutomaticJob(RunOptions, RecordJob):
         if self.keeper is None:
             raise InputError(f"{self.file}: no row {'can be read' if self.is_whole else BETWEEN}.")
         trace, forecast = self.keeper.traces()
-        found = finder.found(trace, forecast, segments.losses())
+        found = finder.found(trace, forecast, segments.losses(), segments.clock.breaks)
         if found.table.time is None and not found.table.timed:
             found.summary.unit = SAMPLES
         self.found = replace(found, diagnosis=spoken_verdicts(found.diagnosis))
@@ -81,9 +81,9 @@ class AutomaticJob(RunOptions, RecordJob):
         if self.is_whole:
             yield from segments
             return
-        at, scale = segments.table.moment, table.time_scale
-        first = -math.inf if self.start is None else scale * at(table.time, "--from", self.start)
-        last = math.inf if self.stop is None else scale * at(table.time, "--to", self.stop, is_end=True)
+        at, time_of = segments.table.moment, table.count.time
+        first = -math.inf if self.start is None else time_of(at(table.time, "--from", self.start))
+        last = math.inf if self.stop is None else time_of(at(table.time, "--to", self.stop, is_end=True))
         for time, y, u in segments:
             inside = (time >= first) & (time <= last)
             if inside.any():

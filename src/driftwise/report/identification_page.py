@@ -34,7 +34,8 @@ def write(found, path, title: str | None = None, events=None, notes=()) -> Path:
     trace.diagnosis = found.diagnosis
     events = list(trace.events() if events is None else events)
     clock = "time (s)" if columns.timed else "sample" if columns.sampling.kind == "none" else columns.time
-    line = Timeline(trace.time, clock, found.origin, getattr(trace, "rows", None))
+    origin = None if found.breaks else found.origin  # a clock that starts again shows each date more than once
+    line = Timeline(trace.time, clock, origin, getattr(trace, "rows", None))
     marks = [Mark(change.time, "jump", found.phrase(change)) for change in found.changes]
     shares, names = by_structure(found.forecast)
     panels = [

@@ -6,7 +6,7 @@ import math
 
 from .numbers import SECONDS, chance, instant, near_one, odds_words, often, plain
 from .numbers import fixed as shown
-from .stable import is_integrator, swings
+from .stable import is_integrator, runs_away, swings
 from .whiteness import Nis, Whiteness
 
 # --- jumps ---------------------------------------------------------------------------------------------------
@@ -221,14 +221,17 @@ def pole_words(p: complex, std: float, dt: float, unit: str = SECONDS) -> str:
         return f"an integrator (pole {p.real:.4f} ± {std:.2g})"
     if r < 1e-6:
         return "a pure delay"
-    if r >= 1:
+    if runs_away(r, std):
         return f"an unstable mode (|p| = {r:.4f} ± {std:.2g})"
-    tau = -dt / math.log(r)
+    tau = -dt / math.log(r) if r < 1 else math.inf
     if swings(p):
         period = 2 * math.pi * dt / abs(math.atan2(p.imag, p.real))
-        return f"an oscillation of period {period:.3g} {unit} that decays with time constant {tau:.3g} {unit}"
+        end = f"decays with time constant {tau:.3g} {unit}" if r < 1 else f"hardly dies out (|p| = {r:.4f} ± {std:.2g})"
+        return f"an oscillation of period {period:.3g} {unit} that {end}"
     if p.real < 0 and abs(p.imag) <= 1e-9:
         return f"an alternating mode (pole {p.real:.2f})"
+    if r >= 1:
+        return f"a mode that cannot be told from an integrator (pole {p.real:.4f} ± {std:.2g})"
     return f"time constant {tau:.3g} {unit}" + " (a pair of poles)" * (abs(p.imag) > 1e-9)
 
 

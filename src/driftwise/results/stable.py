@@ -61,6 +61,7 @@ def stability(s, level: float) -> Verdict:
     worst = int(np.argmax(reach if reach.max() >= 1 else size))
     p, spread = float(size[worst]), float(std[worst])
     limits, said = (0.0, 1 - z * spread), f"{p:.4g} \u00b1 {spread:.2g}"
+    whose = "largest pole modulus" if worst == int(np.argmax(size)) else "modulus of the least known pole"
     if not math.isfinite(spread):
         return Verdict("stability", p, (0.0, 1.0), p < 1, f"largest pole modulus {p:.4g}, of which no bound is known")
     if p < limits[1]:
@@ -71,7 +72,7 @@ def stability(s, level: float) -> Verdict:
     at, model = complex(s.model.poles[worst]), s.model
     what = "an oscillation that never dies out" if at.imag or at.real < 0 else "an integrator"
     what = f" ({what})" if 1 - p < NEAR else ", so little is known of it"
-    advice = f"the largest pole modulus, {said}, cannot be told from 1{what}: where the plant settles, record longer"
+    advice = f"the {whose}, {said}, cannot be told from 1{what}: where the plant settles, record longer"
     gains = np.atleast_1d(getattr(model, "dc_gain_std", ())) if s.estimator.model.inputs else np.empty(0)
     if gains.size and not np.isfinite(gains).all():
         advice += " or take the offset off; the steady-state gain has no bound"

@@ -32,6 +32,11 @@ class Segments:
         self._segments = self._read()
 
     @property
+    def origin(self) -> str | None:
+        """The time stamp of second 0, if it is known."""
+        return self.table.origin(self.found.time) or self.found.count.origin
+
+    @property
     def cleaned(self) -> dict[str, int]:
         return dict(zip(self.signals, self._cleaner.cleaned.tolist(), strict=True))
 
@@ -76,7 +81,7 @@ class Segments:
         for chunk in self.table.chunks(names):
             values = self._cleaner.push(np.column_stack([chunk[name] for name in self.signals]))
             if clock:
-                waiting = np.concatenate((waiting, self.found.time_scale * chunk[clock]))
+                waiting = np.concatenate((waiting, self.found.count.time(chunk[clock])))
             yield from self._handed(self.clock.push(waiting[: len(values)] if clock else None, values))
             waiting = waiting[len(values) :]
         yield from self._handed(self.clock.push(waiting if clock else None, self._cleaner.flush()))

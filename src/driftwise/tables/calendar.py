@@ -80,7 +80,7 @@ _CALLED = frozenset(" ".join(words for words, _, _ in PARTS.values()).split())
 
 
 def joined(parts: Mapping[str, Any]):
-    """Return int64 nanoseconds since 1970 of rows whose parts are given as floats; NAT where one is missing."""
+    """Return int64 seconds since 1970 of rows whose parts are given as floats; NAT where one is missing."""
     year = np.asarray(parts["year"], float)
     ok = np.all([np.isfinite(values) for values in parts.values()], axis=0)
 
@@ -97,4 +97,4 @@ def joined(parts: Mapping[str, Any]):
         clock = whole("hours and minutes", 0)
         seconds = 3600 * (clock // 100) + 60 * (clock % 100)
     stamps = days.astype("datetime64[s]").astype(np.int64) + seconds
-    return np.where(ok, stamps * 1_000_000_000, NAT)
+    return np.where(ok, stamps, NAT)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Literal
 
-from driftwise.tables.cells import NAT
+from driftwise.tables.cells import NAT, PER_SECOND
 
 DAY = 86_400.0  # seconds
 GAP = 1.75  # a step longer than this many usual steps lost samples
@@ -32,23 +33,26 @@ class Clock:
     steps: int = 0
     longest_step: float = 0.0
     _zero: int | None = None
+    _unit: Literal["ns", "s"] = "ns"  # of that
     _last: float | None = None
 
     @property
     def end(self) -> str | None:
         """The last time stamp so far, None where the clock has none."""
-        return None if self._zero is None else _text(self._zero + round(1e9 * (self._last or 0.0)))
+        if self._zero is None:
+            return None
+        return _text(self._zero + round(PER_SECOND[self._unit] * (self._last or 0.0)), self._unit)
 
-    def stamps(self, nanoseconds):
-        """Return seconds since the first valid stamp; NaN where the stamp is missing."""
+    def stamps(self, counts, unit: Literal["ns", "s"] = "ns"):
+        """Return seconds since the first valid stamp, NaN where it is missing; ``counts`` since 1970, in one unit."""
         import numpy as np
 
-        valid = nanoseconds != NAT
+        valid = counts != NAT
         if self._zero is None and valid.any():
-            self._zero = int(nanoseconds[valid][0])
-            self.origin = _text(self._zero)
-        seconds = (nanoseconds - (self._zero or 0)) / 1e9
-        return np.where(valid, seconds, np.nan)
+            self._zero, self._unit = int(counts[valid][0]), unit
+            self.origin = _text(self._zero, unit)
+        zero = (self._zero or 0) * round(PER_SECOND[unit] / PER_SECOND[self._unit])
+        return np.where(valid, (counts - zero) / PER_SECOND[unit], np.nan)
 
     def push(self, time, first_row: int):
         """Take the times of the next chunk; return them with gaps in the column filled."""
@@ -129,10 +133,11 @@ class Clock:
         return found
 
 
-def _text(nanoseconds: int) -> str:
+def _text(count: int, unit: Literal["ns", "s"]) -> str:
     import numpy as np
 
-    return str(np.datetime64(nanoseconds, "ns")).rstrip("0").rstrip(".")
+    said = str(np.datetime64(count, unit))
+    return said.rstrip("0").rstrip(".") if unit == "ns" else said
 
 
 def _step(time):

@@ -14,7 +14,8 @@ from ..engine.validation import size
 from ..results.numbers import instant, lasting, reading, usual_unit
 from .cleaning import Belief, judged
 from .column_candidates import propose_inputs, propose_output
-from .column_roles import SCORES, SECONDS, Name, parse
+from .column_roles import SCORES, Name, parse
+from .counts import Count, counted
 from .derived import derived, is_copy
 from .sampling import Sampling, judge_sampling
 from .stuck_sensor import Segment, stuck
@@ -22,9 +23,8 @@ from .table_words import notes_of, words_of
 
 SHOWN = 8  # columns that a message lists
 LARGE = "numbers beyond 1e100"
-DAY = 86_400.0
-STEPS = (1, 2, 5, 10, 15, 20, 30, 60, 120, 300, 600, 900, 1200, 1800, 3600)  # seconds between rows of a spreadsheet
 OUT_OF_STEP = 0.05  # share of stamps that may go back
+MARKS = 20  # values that a mark of anomalies may have, at most
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ class Table:
     columns : `Column` of each column, in the order of the table
     output, inputs, time : the names that play a part; time None where there is no clock
     sampling : `Sampling`, in seconds where the unit of the clock is known
-    time_scale : what the numbers of the time column are multiplied with
+    count : `Count`: what the numbers of the time column count
     timed : whether the clock is in seconds; if not, its unit is not known
     rows : rows that were looked at
     given : the parts that the caller gave
@@ -90,7 +90,7 @@ class Table:
     inputs: tuple[str, ...]
     time: str | None
     sampling: Sampling
-    time_scale: float
+    count: Count
     timed: bool
     rows: int
     given: frozenset[str] = frozenset()
@@ -204,9 +204,9 @@ def recognise(
     if time is None:
         time = _clock(columns, names, frozenset(stamps), wanted)
     clock = columns[time] if time is not None else None
-    known_scale = _seconds(clock, _unit_of(names[time])) if time is not None and time not in stamps else None
-    scale = 1.0 if known_scale is None else known_scale
-    sampling = judge_sampling(scale * clock) if clock is not None else Sampling("none", 1.0)
+    known = counted(clock, names[time]) if time is not None and time not in stamps else None
+    count = known or Count(1.0)
+    sampling = judge_sampling(count.time(clock)) if clock is not None else Sampling("none", 1.0)
     _take_stuck(found, clean, names, {time, *stamps})
     barred = {name: _barred(names[name], found[name], clean[name]) for name in clean if name != time}
     signals = {name: clean[name] for name in clean if name not in {time, *stamps} and not barred[name]}
@@ -248,9 +248,9 @@ def recognise(
             reason = why.get(name, reason)
         ten = (tens or {}).get(name, 0)
         final.append(replace(column, role=role, why=reason, helps=helps.get(name, 0.0), ten=ten))
-    timed = time in stamps or known_scale is not None
-    known = frozenset(key for key, value in given.items() if value is not None)
-    return worded(Table(tuple(final), output, tuple(inputs), time, sampling, scale, timed, rows, known, rivals))
+    timed = time in stamps or known is not None
+    said = frozenset(key for key, value in given.items() if value is not None)
+    return worded(Table(tuple(final), output, tuple(inputs), time, sampling, count, timed, rows, said, rivals))
 
 
 def on_clock(table: Table, dt: float) -> Table:
@@ -268,7 +268,7 @@ def on_clock(table: Table, dt: float) -> Table:
         return table
     s, unit = table.sampling, dt / table.dt
     s = s._replace(dt=dt, longest=unit * s.longest, low=unit * s.low, high=unit * s.high)
-    return worded(replace(table, sampling=s, time_scale=unit * table.time_scale, timed=True))
+    return worded(replace(table, sampling=s, count=Count(unit * table.count.seconds), timed=True))
 
 
 def worded(table: Table) -> Table:
@@ -341,42 +341,6 @@ def _clock(columns, names: dict[str, Name], stamps: frozenset[str], wanted) -> s
     return best
 
 
-def _unit_of(name: Name) -> str:
-    """Return the unit of a clock, which may be its whole name: hours."""
-    return name.unit or next((word for word in name.words if len(word) > 1 and word in SECONDS), "")
-
-
-def _seconds(time, unit: str) -> float | None:
-    """Return the factor that makes seconds of a clock of numbers; None where its unit is not known."""
-    if unit in SECONDS:
-        return SECONDS[unit]
-    middle = float(np.nanmedian(time))
-    for digits in (1e9, 1e12, 1e15, 1e18):  # seconds, ms, us, ns since 1970, from 2001 to 2065
-        if digits <= middle < 3 * digits:
-            return 1e9 / digits
-    if _counts_years(time):
-        return SECONDS["years"]
-    return DAY if _counts_days(time) else None
-
-
-def _counts_years(time) -> bool:
-    """Whether a clock counts years in months or quarters, 1990.0833: of statistics packages; projections go to 2500."""
-    time = time[np.isfinite(time)]
-    if time.size < 3 or not (1500 <= time.min() and time.max() < 2500):
-        return False
-    step = float(np.median(np.diff(time)))
-    return any(abs(step * parts - 1.0) < 0.02 for parts in (2, 4, 12, 52, 365.25))
-
-
-def _counts_days(time) -> bool:
-    """Whether a clock is that of a spreadsheet: days since 1900, of the years 2000 to 2050, and a usual step."""
-    time = time[np.isfinite(time)]
-    if time.size < 3 or not (36526 <= time.min() and time.max() < 54789):
-        return False
-    step = DAY * float(np.median(np.diff(time)))
-    return any(abs(step - usual) < 0.003 * usual for usual in STEPS)
-
-
 def _standing(name: Name) -> float:
     """Return how much a name speaks for a signal of its own, where one of several is computed from the others."""
     order = ("computed", "output", "quantity", "setpoint", "disturbance", "drive", "device", "command")
@@ -391,7 +355,8 @@ def _barred(name: Name, column: Column, values):
     kinds = name.kinds
     fine = values[np.isfinite(values)]
     whole = bool(np.all(fine == np.round(fine)))
-    if "label" in kinds and "output" not in kinds:
+    is_deviation = "anomaly" in name.words and not whole and len(np.unique(fine)) > MARKS  # of a usual value, no mark
+    if "label" in kinds and "output" not in kinds and not is_deviation:
         return "label", "a mark that somebody set, by its name"
     if kinds & {"time", "calendar"} and not kinds & SCORES.keys():
         return "counter", "a part of the calendar, by its name"

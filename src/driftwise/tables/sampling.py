@@ -10,6 +10,7 @@ LONGEST_GAP = 1000  # samples; a longer silence is a restart
 RESTART_ROWS = 20  # missing rows that stand for a restart: enough to empty the lags of a model
 LATE = 5  # steps that a stamp may go back and still be a row that came late
 GAPS = {"regular": 1.75, "uneven": 2.5}  # a step longer than this many usual steps lost samples
+UNEQUAL = 1e-3  # of a step, by which the usual one may be off the mean: months have 30.4 days, the most of them 31
 ROUNDING = 0.02  # of a tick, by which stamps may be off
 DENSEST = 6  # rows of the regular clock per row of the file, at most
 
@@ -55,9 +56,11 @@ def judge_sampling(time) -> Sampling:
     low, high = np.quantile(forward, [0.05, 0.95])
     q10, q90 = np.quantile(forward, [0.1, 0.9])
     sparse = np.mean(whole > 1) > 0.05 and np.mean(np.minimum(whole, LONGEST_GAP)) > DENSEST  # mostly gaps
-    on_grid = np.mean((whole >= 1) & (np.abs(ratio - whole) <= 0.1 * whole)) >= 0.95
-    if on_grid and np.mean(whole == 1) >= 0.7 and not sparse:
+    on_grid = (whole >= 1) & (np.abs(ratio - whole) <= 0.1 * whole)
+    if np.mean(on_grid) >= 0.95 and np.mean(whole == 1) >= 0.7 and not sparse:
         kind = "regular"
+        mean = float(f"{forward[on_grid].sum() / whole[on_grid].sum():.9g}")
+        dt = mean if abs(mean - dt) > UNEQUAL * dt else dt
     elif high <= 4 * low and q90 - q10 <= dt:
         kind = "uneven"
     else:
@@ -146,6 +149,9 @@ class Regular:
         self._rows = 0  # rows taken so far
         self._stamp: float | None = None  # the last stamp as it came, holes filled
         self._start: float | None = None  # the stamp at which the clock last started
+        self.breaks: list[
+            tuple[float, float]
+        ] = []  # where the clock started again, and what its stamps are ahead since
         self._shift = 0.0  # what restarts added to the stamps
         self._last = -np.inf  # time of the last row kept
         self._row: tuple[float, np.ndarray, int] | None = None  # irregular: the row that the clock waits for
@@ -200,6 +206,7 @@ class Regular:
         again, self._start = starts_again(joined, dt, first if self._start is None else self._start)
         self.restarts += int(again.sum())
         shift = self._shift + np.cumsum(np.where(again, (RESTART_ROWS + 1) * dt - steps, 0.0))
+        self.breaks += [(float(joined[k + 1] + shift[k]), float(shift[k])) for k in np.flatnonzero(again)]
         self._stamp, self._shift = float(joined[-1]), float(shift[-1])
         return joined[1:] + shift
 

@@ -385,7 +385,7 @@ class OpenTable:
             if self.calendar and self.calendar["year"] in columns:
                 year = self.calendar["year"]
                 stamps = joined({part: columns[name] for part, name in self.calendar.items()})
-                columns[year] = self._clocks[year].stamps(stamps)
+                columns[year] = self._clocks[year].stamps(stamps, "s")
             for name, (values, bad) in found.items():
                 if name in self.calendar.values():
                     continue

@@ -6,6 +6,7 @@ from typing import Any
 
 from ..results.claims import Claim, told
 from ..results.numbers import count_of, lasting, listed
+from .counts import SPREADSHEET
 from .sampling import LONGEST_GAP, RESTART_ROWS
 
 SHOWN = 3  # segments that a note lists
@@ -99,7 +100,7 @@ def _sampling_notes(table: Any) -> list[Claim]:
     def add(text, value=None):
         notes.append(Claim("table", table.time or "", text, value))
 
-    if table.time is not None and table.time_scale == 86_400.0 and not table[table.time].unit:
+    if table.count.origin == SPREADSHEET:
         add(f"{table.time!r} is taken for days since 1900, as a spreadsheet counts them.")
     if s.kind == "uneven":
         add(
