@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..results.numbers import odds_words
+from .growing_noise import STEADY
 from .noise_jumps import LEAST
 from .segmentation import GAIN, LEVEL, Hindsight, Jump, Visible, hindsight
 from .unseen_inputs import expected
@@ -44,6 +45,7 @@ class ChangeLog:
         self.last: Change | None = None
         self.hindsight: Hindsight | None = None  # of the last piece
         self.visible: Visible | None = None  # the smallest jumps that would have been told of it
+        self.growth = STEADY  # of its noise with the level
         self.waits = np.zeros(0)
         self._tail: tuple | None = None
         self.samples = 0
@@ -63,6 +65,7 @@ class ChangeLog:
         self.samples += len(y) - before
         self.waits = waits(y, u)
         self.visible = self.hindsight.visible() if self.hindsight else None
+        self.growth = self.hindsight.growth() if self.hindsight else STEADY
         if self.visible and self.is_held and np.isinf(self.waits).any():  # what inputs do unseen is as loud as before
             self.visible = self.visible._replace(noise=math.inf)
         self._tail = y[-BEFORE:], u[-BEFORE:], time[-BEFORE:]

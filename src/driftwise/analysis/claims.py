@@ -135,7 +135,9 @@ def _gains(found) -> Iterator[Claim]:
 
 
 def change_claims(found) -> Iterator[Claim]:
-    """Claim what changed, and when; or that nothing did."""
+    """Claim that the noise grows with the level; and what changed, and when, or that nothing did."""
+    if found.growth.power:
+        yield Claim("noise", found.table.output, say.growth_words(*found.growth), found.growth.share)
     if not found.changes:
         if found.is_useful:
             yield _no_change(found.visible, found.table)

@@ -27,6 +27,7 @@ from .diagnose import diagnose
 from .effects import Effects, of_model, of_response
 from .forecast_summary import ForecastSummary, Own
 from .forecast_verdicts import whiteness_verdict
+from .growing_noise import STEADY, Growth
 from .identifier import Identifier, Rival
 from .segmentation import Visible
 
@@ -79,6 +80,8 @@ class Identification:
         chosen model at the end of the run where that explains the record better.
     visible : Visible
         The smallest jumps of level, gains and noise that would have been told; None where none would.
+    growth : Growth
+        How the noise grows with the level: as which power of it (0: it does not), and what share of it the noise is.
 
     Examples
     --------
@@ -109,6 +112,7 @@ class Identification:
     breaks: tuple[tuple[float, float], ...] = ()
     effects: Effects | None = None
     visible: Visible | None = None
+    growth: Growth = STEADY
 
     @property
     def alternatives(self) -> tuple[Reading, ...]:
@@ -337,5 +341,5 @@ class Finder:
             self.table, trace, forecast, self.summary, self.forecast_summary, self.own_summary, changes,
             Diagnosis([*own, *rest]), self.identifier.rivals, self.identifier.chosen, naive, self.identifier.naive,
             self.identifier.center, self.origin, self.log.count, last, tuple(losses), tuple(breaks),
-            effects, self.log.visible,
+            effects, self.log.visible, self.log.growth,
         )  # fmt: skip

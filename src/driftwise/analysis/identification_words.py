@@ -120,6 +120,16 @@ def no_change_words(level: float, gains: dict[str, float], noise: float) -> str:
     return f"No jump was found; one {listed(found).replace(' and ', ' or ')}, outside of its edges, would have been."
 
 
+def growth_words(power: float, share: float) -> str:
+    """Return that the noise grows with the level.
+
+    >>> growth_words(1.0, 0.093)
+    'The noise grows with the level: it is about 9.3 % of it.'
+    """
+    how = "it is about" if power == 1.0 else "as the root of it, and is on average"
+    return f"The noise grows with the level: {how} {100 * share:.2g} % of it."
+
+
 def more_changes_words(count: int) -> str:
     """Return that more changes were noticed than are told.
 

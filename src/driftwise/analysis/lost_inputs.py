@@ -38,7 +38,7 @@ def completed(y, u) -> np.ndarray:
     cells = ~np.isfinite(u)
     if not 0 < np.count_nonzero(cells) <= MOST or cells.all(axis=0).any():
         return u
-    record, _, scales, _ = recorded(y, u)
+    record, _, _, scales, _ = recorded(y, u)
     now = begin(record)
     if now is None or not len(now.b):
         return u

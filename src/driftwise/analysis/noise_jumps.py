@@ -28,9 +28,9 @@ class NoiseJump(NamedTuple):
     after: float
 
 
-def noises(now: Response) -> list[NoiseJump]:
-    """Return the jumps of the noise that is left."""
-    r, rows = now.left * now.sigma[now.rows], now.rows
+def noises(now: Response, shape: np.ndarray | float = 1.0) -> list[NoiseJump]:
+    """Return the jumps of the noise that is left, in units of its ``shape`` at the rows."""
+    r, rows = now.left * now.sigma[now.rows] / shape, now.rows
     least = min(LEAST, len(r) // EDGE)
     found: list[NoiseJump] = []
     pieces = [(0, len(r))] if len(r) > 2 * LEAST else []

@@ -33,8 +33,8 @@ class Record:
     is_scattered: bool = False  # few samples follow each other: each is whitened by the one before, if long ago
 
 
-def recorded(y, u) -> tuple[Record, float, np.ndarray, np.ndarray]:
-    """Return y (T,) and u (T, k) about their medians in units of their deviations; the deviations; the middles of u.
+def recorded(y, u) -> tuple[Record, float, float, np.ndarray, np.ndarray]:
+    """Return y (T,) and u (T, k) about their middles in units of their deviations; deviation and middle of each.
 
     Readings that repeat themselves as no others do are the sensor's, not the plant's: they count as missing.
     """
@@ -43,13 +43,14 @@ def recorded(y, u) -> tuple[Record, float, np.ndarray, np.ndarray]:
         y[one.start : one.stop] = np.nan
     u = np.column_stack([filled(x) for x in u.T]) if u.shape[1] else np.zeros((len(y), 0))
     seen = y[np.isfinite(y)]
+    y_middle = float(np.median(seen))
     y_scale, u_scale = deviation(seen) or 1.0, np.array([deviation(x) or 1.0 for x in u.T])
     middle = u.mean(axis=0)
     v = (u - middle) / u_scale
     record = Record(
-        (y - np.median(seen)) / y_scale, v, tuple(shapes(x) for x in v.T), rounding(seen) / y_scale, is_scattered(y)
+        (y - y_middle) / y_scale, v, tuple(shapes(x) for x in v.T), rounding(seen) / y_scale, is_scattered(y)
     )  # fmt: skip
-    return record, y_scale, u_scale, middle
+    return record, y_scale, y_middle, u_scale, middle
 
 
 def is_scattered(y) -> bool:

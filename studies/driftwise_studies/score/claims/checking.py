@@ -308,6 +308,11 @@ def _width(claim, bar: float) -> str:
     return VACUOUS if high - low > max(WIDE * 2 * bar, 2 * NEAR * abs(claim["value"])) else TRUE
 
 
+def grows(case: Case, claim) -> str:
+    """Judge that the noise grows with the level: of no drawn plant it does."""
+    return FALSE
+
+
 def _warns(case: Case, what: str) -> bool:
     return any(what in claim["subject"] or what in claim["text"] for claim in case.answer["claims"])
 
@@ -315,4 +320,5 @@ def _warns(case: Case, what: str) -> bool:
 RULES: dict[str, Callable[[Case, Any], str]] = {
     "column": column, "clock": clock, "table": table, "plant": plant, "gain": gain, "time constant": time_constant,
     "pole": pole, "delay": delay, "change": change, "forecast": forecast, "model choice": model_choice, "note": note,
+    "noise": grows,
 }  # fmt: skip

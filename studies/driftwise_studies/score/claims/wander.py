@@ -13,6 +13,7 @@ deviation to three times it; or beside noise of the first order; or the slope is
 every other record without the inputs and what they do. Or nothing wanders, but a plant of 8 to 20 samples answers steps
 of its input the quicker the further it has to go, and each step some part of a sample late, beside a hundredth to a
 thousandth of a noise that nearly integrates: what a response has wrong of it comes at once, whenever the input moves.
+Or the noise is a share of a level that grows or falls, as of prices: no moment has made it louder.
 """
 
 from __future__ import annotations
@@ -61,7 +62,8 @@ def swelling(rng, T: int) -> np.ndarray:
 LEVELS: dict[str, Callable] = {"slow process": slow, "long memory": long_memory, "season that swells": swelling}
 WALK, COLOURED_WALK, SLOPE = "walk beside white noise", "walk beside coloured noise", "slope that walks"
 WALKS = WALK, COLOURED_WALK, SLOPE
-KINDS = (*LEVELS, "gain", *WALKS, "late moves")
+SHARE = "noise that is a share"
+KINDS = (*LEVELS, "gain", *WALKS, "late moves", SHARE)
 
 
 def walking(rng, T: int, kind: str) -> np.ndarray:
@@ -70,6 +72,14 @@ def walking(rng, T: int, kind: str) -> np.ndarray:
     noise = lfilter([np.sqrt(1 - phi**2)], [1, -phi], rng.standard_normal(T + 200))[200:]
     level = step * np.cumsum(rng.standard_normal(T))
     return noise + (np.cumsum(level) / 100 if kind == SLOPE else level)
+
+
+def shares(rng, T: int) -> np.ndarray:
+    """Return a level that grows or falls two- to twentyfold, and noise of a fiftieth to a fifth of it, (T,)."""
+    grown, phi = np.log(rng.uniform(2, 20)), rng.choice([0.0, rng.uniform(0.3, 0.9)])
+    level = np.linspace(0, rng.choice([-1, 1]) * grown, T) + grown / 10 * slow(rng, T)
+    noise = lfilter([np.sqrt(1 - phi**2)], [1, -phi], rng.standard_normal(T + 200))[200:]
+    return np.exp(level) * np.maximum(1 + np.exp(rng.uniform(np.log(0.02), np.log(0.2))) * noise, 0.01)
 
 
 def late_moves(rng, T: int):
@@ -96,6 +106,8 @@ def wandering(seed: int, number: int, kind: str):
         return data.y + lfilter([1.0], plant.a, moved), data.u
     if kind == "late moves":
         return late_moves(rng, plant.samples)
+    if kind == SHARE:
+        return shares(rng, plant.samples), data.u[:, :0]
     if kind in WALKS:
         y = walking(rng, plant.samples, kind)
         return (y, data.u[:, :0]) if number % 2 else (data.clean + np.std(data.y - data.clean) * y, data.u)
