@@ -71,3 +71,12 @@ def test_a_clock_that_starts_again_tells_the_stamps_of_the_table():
     found = dw.identify({"date": stamps + stamps, "valve": u, "level": y})
     assert any("at 2020-05-30 of the second run of the clock" in found.phrase(change) for change in found.changes)
     assert "2021" not in found.words
+
+
+@pytest.mark.parametrize("names, told", [(["north"] * 300 + ["south"] * 300, True), (["north", "south"] * 300, False)])
+def test_a_column_that_names_recordings_one_below_the_other_is_told(names, told):
+    y, u = stepped(600, 450)
+    stamps = [str(day) for day in np.datetime64("2020-01-01") + np.arange(300)]
+    table = read({"roof": names, "date": stamps + stamps, "valve": u, "level": y})[0]
+    assert table.stacked == ("roof" if told else None)
+    assert any("'roof' names 2 recordings, one below the other" in note for note in table.notes) == told

@@ -142,7 +142,7 @@ def read(data, output=None, inputs=None, time=None, chunk_rows: int = CHUNK_ROWS
 
 def recognised(table: OpenTable, output=None, inputs=None, time=None, dt=None) -> Any:
     """Return the `Table` that was recognised by the first rows of an open one; arguments as those of `read`."""
-    from driftwise.tables.recognise import on_clock, recognise
+    from driftwise.tables.recognise import on_clock, recognise, worded
     from driftwise.tables.source import resolve
 
     try:
@@ -159,6 +159,8 @@ def recognised(table: OpenTable, output=None, inputs=None, time=None, dt=None) -
         head = {name: column for name, column in table.head.items() if name != table.time_of_day or name == time}
         found = recognise(head, output, inputs, time, table.source.units, stamps, table.tens, table.beyond)
         found = found if dt is None else on_clock(found, dt)
+        if again := found.sampling.restarts:
+            found = worded(replace(found, stacked=table.recordings(again + 1)))
         return replace(found, notes=(*turned, *found.notes))
     except InputError as error:
         raise InputError(f"{table.title}: {error}") from None

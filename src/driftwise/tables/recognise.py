@@ -79,6 +79,7 @@ class Table:
     timed : whether the clock is in seconds; if not, its unit is not known
     rows : rows that were looked at
     given : the parts that the caller gave
+    stacked : the column that tells recordings apart that stand one below the other, None where there is none
     rivals : columns that may be the output as well, as far as their names go; () where names decide
     alternatives : `Reading` of each that the evidence leaves open, the likelier first; () where it decides
     notes : what an engineer should know, a sentence each
@@ -94,6 +95,7 @@ class Table:
     timed: bool
     rows: int
     given: frozenset[str] = frozenset()
+    stacked: str | None = None
     rivals: tuple[str, ...] = ()
     alternatives: tuple[Reading, ...] = ()
     notes: tuple[str, ...] = ()
@@ -250,7 +252,7 @@ def recognise(
         final.append(replace(column, role=role, why=reason, helps=helps.get(name, 0.0), ten=ten))
     timed = time in stamps or known is not None
     said = frozenset(key for key, value in given.items() if value is not None)
-    return worded(Table(tuple(final), output, tuple(inputs), time, sampling, count, timed, rows, said, rivals))
+    return worded(Table(tuple(final), output, tuple(inputs), time, sampling, count, timed, rows, said, rivals=rivals))
 
 
 def on_clock(table: Table, dt: float) -> Table:

@@ -302,6 +302,7 @@ class OpenTable:
         self._pair(dict(zip(self.names, first[0][0])))
         self.calendar = self._parts_of_dates(dict(zip(self.names, first[0][0])))
         parts = list(self._converted(list(self.names), first))
+        self._first = {name: [part[0][j] for part in first] for j, name in enumerate(self.names)}
         self._is_whole = sum(len(ragged) for _, ragged in first) < head_rows
         self.head = {name: np.concatenate([part[name] for part in parts])[:head_rows] if kind != "text" else None
                      for name, kind in self.kinds.items()}  # fmt: skip
@@ -309,6 +310,15 @@ class OpenTable:
         self.tens = {name: ten for name, values in numbers.items() if (ten := ten_of(values))}
         self.head |= {name: in_tens(self.head[name], ten) for name, ten in self.tens.items()}
         self.bad = {}
+
+    def recordings(self, count: int) -> str | None:
+        """Return the column that tells ``count`` recordings apart, one below the other; None where there is none."""
+        for name, parts in self._first.items():
+            cells = [cell for part in parts for cell in part.to_pylist()] if self.kinds[name] != "stamp" else []
+            begins = [cell for k, cell in enumerate(cells) if not k or cell != cells[k - 1]]
+            if len(begins) == len(set(begins)) == count:
+                return name
+        return None
 
     def moment(self, name: str | None, option: str, said: float | str, is_end: bool = False) -> float:
         """Return the time of a column that an option says, as `moment` does."""

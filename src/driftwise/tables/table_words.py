@@ -126,6 +126,12 @@ def _sampling_notes(table: Any) -> list[Claim]:
             f"{LONGEST_GAP} samples): {RESTART_ROWS} missing samples stand for each break.",
             s.restarts,
         )
+    if table.stacked is not None:
+        add(
+            f"{table.stacked!r} names {s.restarts + 1} recordings, one below the other, and one plant is fitted to all "
+            "of them: keep the rows of one to learn of that one alone.",
+            s.restarts + 1,
+        )
     if s.duplicates:
         add(
             f"{count_of(s.duplicates, 'stamp')} of {table.time!r} repeat the one before; the first row counts.",
