@@ -3,13 +3,16 @@
 import json
 import math
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy.signal import lfilter
 
 import driftwise as dw
+from driftwise.analysis.claims import _is_seen
 from driftwise.results.claims import KINDS, Claim, told
+from driftwise.results.whiteness import Whiteness
 
 
 def plant(samples=900, seed=1):
@@ -196,3 +199,18 @@ def test_an_answer_that_is_over_before_the_next_sample_has_no_time_below_it():
     found = dw.identify({"time_s": 0.1 * np.arange(400), "heater_V": u, "temperature [degC]": y})
     (claim,) = of(found, "time constant")
     assert claim.text.endswith("is done within the sampling time of 0.1 s.") and claim.interval == (0.0, 0.1)
+
+
+@pytest.mark.parametrize(
+    "pole, std, statistic, is_told",
+    [
+        (0.8 * np.exp(0.9j), 0.05, 20.0, True),
+        (0.8 * np.exp(0.9j), 0.05, 200.0, False),  # something is left to predict: another model, other modes
+        (0.99 * np.exp(0.9j), 0.02, 200.0, True),  # but what hardly dies out stands out of any
+        (-0.1, 0.2, 20.0, False),
+        (0.1, 0.2, 20.0, True),  # its interval says how little is known
+    ],
+)
+def test_a_mode_is_told_of_a_model_that_leaves_nothing_or_where_it_lasts(pole, std, statistic, is_told):
+    summary = SimpleNamespace(whiteness=Whiteness(statistic, 20, 0.5, True), observed=300)
+    assert _is_seen(complex(pole), std, SimpleNamespace(summary=summary)) == is_told

@@ -13,11 +13,12 @@ from ..models.quantities import NORMAL_95
 from ..results.claims import Claim
 from ..results.numbers import sentence
 from ..results.sentences import CHANGES_UNKNOWN
-from ..results.stable import is_integrator, swings
+from ..results.stable import NEAR, is_integrator, swings
 from ..tables.table_words import column_claims, table_claims, taken_words
 from . import identification_words as say
 from .change_log import surest
 from .effects import is_known
+from .forecast_verdicts import whiteness_verdict
 from .identifier import CLOSE
 
 FAST = 0.05  # a pole below that is over within a sample
@@ -84,7 +85,7 @@ def _dynamics(found) -> Iterator[Claim]:
     table, effects = found.table, found.effects
     if not table.inputs:
         poles = [(p, std) for p, std in found.summary.moduli if abs(p) > FAST and p.imag >= 0]
-        yield from (_mode(p, std, table) for p, std in poles[:1] if found.is_useful and _is_seen(p, std))
+        yield from (_mode(p, std, table) for p, std in poles[:1] if found.is_useful and _is_seen(p, std, found))
         return
     for name, effect in zip(table.inputs, effects.of):
         answer = effect.step
@@ -102,9 +103,11 @@ def _dynamics(found) -> Iterator[Claim]:
         yield Claim("pole", table.output, text, table.dt * swing.period, ends)
 
 
-def _is_seen(p: complex, std: float) -> bool:
-    """Say whether a mode that swings or alternates is told from none; a time constant has its interval."""
-    return (p.real > 0 and not p.imag) or not abs(p) < 2 * std
+def _is_seen(p: complex, std: float, found) -> bool:
+    """Say whether a mode is told from none, and, unless it hardly dies out, is that of a model that leaves nothing."""
+    is_lasting = 1 - abs(p) < min(2 * std, NEAR)
+    is_white = whiteness_verdict(found.summary.whiteness, found.summary.observed).is_fine
+    return (is_lasting or is_white) and ((p.real > 0 and not p.imag) or not abs(p) < 2 * std)
 
 
 def _mode(p: complex, std: float, table) -> Claim:
