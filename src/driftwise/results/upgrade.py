@@ -77,6 +77,7 @@ class Form(Enum):
     NO_OUTLIERS = "no second start of AutoMemory counted its own outliers"
     NO_ROWS = "AutoMemory remembered none of the last rows"
     NO_MOMENTS = "AutoMemory summed nothing up over the moments of a jump"
+    NO_ACROSS = "no average learnt from its forecasts across gaps"
 
 
 def until(last: Form, was: Any, now: Any) -> dict[Form, Any]:
@@ -88,7 +89,9 @@ def until(last: Form, was: Any, now: Any) -> dict[Form, Any]:
 SHORT_HEAD = 7  # numbers of the head of AutoMemory, until louder noise was told from faster parameters
 GAPLESS_HEAD = 9  # and until it counted since when an output was missing
 UNCOUNTED = 1  # numbers that its second start had less, until it counted its outliers
-MEANS, SHAPES = 4, 4  # that an average was made of, and variances that it may have
+MEANS, SHAPES, ACROSS = 4, 4, 3  # that an average was made of, variances that it may have, and means across a gap
+BOUNDLESS = 1e300  # no y is further
+AVERAGED = Form.NO_OUTLIERS, Form.NO_ROWS, Form.NO_MOMENTS, Form.NO_ACROSS  # forms in which an average was the same
 TRUSTED, SURE = 1e-4, 60.0  # a regret in y_scale^2, soon outgrown, and so many of them: who has these is trusted alone
 
 
@@ -227,7 +230,7 @@ def _piece(memory, size: int) -> Piece:
     before = {
         **until(Form.NO_GAPS, fourth, last),
         Form.BANKS: drift_state_size(N, first), Form.ONE_START: second, Form.SHORT_HEAD: third,
-        Form.NO_ROWS: last + UNCOUNTED, Form.NO_MOMENTS: with_rows,
+        Form.NO_ROWS: last + UNCOUNTED, Form.NO_MOMENTS: with_rows, Form.NO_ACROSS: now,
     }  # fmt: skip
     makers = {
         **until(Form.NO_GAPS, _longer_head, _counting), Form.BANKS: _trials, Form.ONE_START: _second_start,
@@ -245,12 +248,12 @@ def _average(estimator, size: int) -> Piece:
     apart = first + 5 * members + (MEANS - 2) + 3 * MEANS  # weights and regrets of members, regrets of four
     before = {
         Form.BANKS: first, Form.ONE_START: second, Form.SHORT_HEAD: second, Form.NO_SPREAD: apart + 2,
-        Form.ONE_WIDTH: apart + 3 + 3 * MEANS, Form.NO_GAPS: apart + 1 + 3 * MEANS + 4 * SHAPES, Form.NO_OUTLIERS: size,
-        Form.NO_ROWS: size, Form.NO_MOMENTS: size,
+        Form.ONE_WIDTH: apart + 3 + 3 * MEANS, Form.NO_GAPS: apart + 1 + 3 * MEANS + 4 * SHAPES,
+        **dict.fromkeys(AVERAGED, size - 3 * (members + 1) - 3 * ACROSS - 2),
     }  # fmt: skip
     makers = {
         **until(Form.SHORT_HEAD, _alone, None), Form.NO_SPREAD: _of_one_width, Form.ONE_WIDTH: _of_one_width,
-        Form.NO_GAPS: _of_four,
+        Form.NO_GAPS: _of_four, **dict.fromkeys(AVERAGED, _without_gaps),
     }  # fmt: skip
     return Piece(before, size, makers, start)
 
@@ -292,6 +295,15 @@ def _of_four(was: np.ndarray, piece: Piece) -> np.ndarray:
     now, found = _of_members(was, piece)
     found["silent"] = was[..., piece.before[Form.NO_SPREAD] - 2]
     now[..., -4 * SHAPES :] = was[..., -4 * SHAPES :]
+    return now
+
+
+def _without_gaps(was: np.ndarray, piece: Piece) -> np.ndarray:
+    """Return what an average keeps, which learnt nothing across gaps and knows no range; its variances stand last."""
+    start = np.broadcast_to(np.atleast_1d(piece.owner).view(float), (*was.shape[:-1], piece.now))
+    head, rest = was.shape[-1] - 4 * SHAPES, piece.now - 4 * SHAPES
+    now = np.concatenate([was[..., :head], start[..., head:rest], was[..., head:]], axis=-1)
+    now[..., rest - 2], now[..., rest - 1] = -BOUNDLESS, BOUNDLESS
     return now
 
 

@@ -41,11 +41,14 @@ def oracle(task, y, means, variances):
     M = means.shape[1]
     logs, ratio, behind, width, worth = np.zeros(M), np.ones(M), np.zeros(M), np.ones(4), np.full(4, 0.25)
     regrets, q = [np.zeros(M + 1)], PRIOR.copy()
+    across, wide, gaps, across_regrets = np.log(np.r_[np.full(M, 0.01 / M), 1.0]), np.ones(M + 1), 0.0, [np.zeros(3)]
     long, count, gap, asked = task.unit, 0.0, 0, []
     for i in range(len(y)):
         past = y[:i][np.isfinite(y[:i])]
         t, is_next = len(past), gap == 0
         mu, S = np.r_[means[i, :-3], naive(past)], np.r_[variances[i, :-3], task.unit * np.array([1 + gap, 1 + gap, 1])]
+        if not is_next and t:  # no further out than y has been, by more than its range
+            mu = mu.clip(2 * past.min() - past.max(), 2 * past.max() - past.min())
         moves = np.abs(np.diff(past))
         floor = max(moves[moves > 0].min() ** 2 / 12 if np.any(moves > 0) else 0.0, 1e-12 * task.unit)
         claim = ratio * S
@@ -53,17 +56,25 @@ def oracle(task, y, means, variances):
         sure = speaks & (claim <= 16 / task.rate * np.maximum(claim, floor)[speaks].min())
         w = np.where(speaks, np.exp(logs - logs[speaks].max()), 0.0)
         w = shares(np.where(w > task.window, w, 0.0))
-        mean = (w if is_next else shares(w / np.maximum(claim, floor))) @ mu
+        precise = w if is_next else shares(w / np.maximum(claim, floor))
+        mean = precise @ mu
         said, known = np.r_[mu, mean], np.r_[speaks, True]
-        prediction = aggregated(regrets, np.r_[sure, True], task.rate) @ said if is_next else mean
         base = max(w @ (np.maximum(claim, floor) + (mu - mean) ** 2), floor)
+        if is_next:
+            prediction = aggregated(regrets, np.r_[sure, True], task.rate) @ said
+        else:
+            claimed = np.r_[claim, base]
+            trust = shares(known * np.exp(across) / np.maximum(wide * claimed, floor))
+            three = np.array([mean, trust @ said, mu[-3]])
+            prediction = shares(aggregated(across_regrets, np.ones(3, bool), task.rate) * [0.49, 0.49, 0.02]) @ three
+            mean = prediction
         v, e = np.maximum(np.r_[KAPPA * base, RHO * long], floor), y[i] - mean
         density = np.exp(-0.5 * e**2 / v) / np.sqrt(2 * math.pi * v)
         far = np.sort((mu[:-3] - prediction) ** 2)
         told = width * np.maximum(np.r_[[base] * 3, long] + DOUBT * far[3 * (M - 4) // 4], floor)
         variance = worth @ told if is_next else shares(q) @ v
         yield prediction, variance, math.log(shares(q) @ density)
-        gap = 0 if math.isfinite(y[i]) else gap + 1
+        was_gap, gap = gap > 0, 0 if math.isfinite(y[i]) else gap + 1
         if gap:
             continue
 
@@ -75,6 +86,16 @@ def oracle(task, y, means, variances):
             asked.append(z2 + np.log(told))
             if t % 4 == 0:
                 worth, asked = shares(worth * np.exp(-0.05 * (np.sum(asked, 0) - np.min(np.sum(asked, 0))))), []
+        if was_gap:
+            across_regrets.append(2 * error / task.unit * (three - prediction))
+        if was_gap and y[i] != past[-1]:
+            far = (y[i] - said) ** 2 / np.maximum(wide * claimed, floor)
+            score = task.rate * (-0.5 * np.log(np.maximum(wide * claimed, floor)) - 3.5 * np.log1p(far / 6))
+            across = task.forgetting**3 * (across + score)
+            across = np.log((1 - task.share) * shares(np.exp(across - across.max())) + task.share / (M + 1))
+            gaps = (1 - 1 / task.memory) * gaps + 1
+            wide = np.maximum(wide + wide * (np.minimum(far, 25) - 1) / (gaps + 1), floor / claimed)
+        mu = np.r_[means[i, :-3], naive(past)]
         z2 = (y[i] - mu) ** 2 / np.maximum(claim, floor)
         gain = task.rate * (-0.5 * np.log(np.maximum(claim, floor)) - 3.5 * np.log1p(z2 / 6))
         logs = task.forgetting * (logs + gain)

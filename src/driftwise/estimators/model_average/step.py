@@ -13,8 +13,8 @@ The variance is that of the prediction's errors. Their centre is not the density
 disagree, whatever those claim that were right so far: after a rest, in a flood. How much of the disagreement is error
 differs from plant to plant: three answers and the long-run mean of e^2, each with a running mean of its own, compete.
 These, and the regrets, are of forecasts of the next sample; a forecast across a gap of y is the density's: m, and its
-variance, sum q_j v_j. There m is by precision, too, m = sum w_i mu_i/(c_i S_i) over the same without mu_i: who forgets
-fast has won his weight without a gap. S of the last value and of the line grows with it, as that of a random walk does.
+variance, sum q_j v_j. There m is by precision, and by what came across gaps before (`across`). S of the last value and
+of the line grows with the gap, as that of a random walk does.
 
 In the prediction nobody is heard who claims a variance sixteen times the least: after a gap, or where nothing has
 moved for long, members that forget fast know that they know little, and have won their weight on easier samples.
@@ -35,6 +35,7 @@ from ...engine.layout import Field, Layout, each, numbers
 from ...engine.normal import ROOT_2PI
 from ...engine.order import smallest
 from ...engine.status import BAD_VALUE, MISSING_OUTPUT
+from .across import ACROSS, UNTRIED, across_gap, follow_noise, judge_across, known, proven, within
 from .blend import regret_of, trust, usual, weigh
 
 NAIVE = ("last value", "straight line", "mean")
@@ -48,7 +49,6 @@ SEEN, LAST, BEFORE, STEP, MEAN, LONG, LONG_COUNT = range(7)  # of the head of a 
 PREDICTION, INNOVATION, VARIANCE, STATUS = range(4)  # of a trace's row
 SCORE, OFFSET, BASE, LEVEL, FLOOR, TOLD = range(4, 10)
 PEAK, FAINTEST = 1.0 / ROOT_2PI, math.exp(-700.0)
-FREEDOM, WILD = 6.0, 25.0  # degrees of freedom by which members are judged; most that one e^2/S counts
 VAGUE = 100.0  # times the variance of y about its mean: a member that claims more says nothing
 UNSURE = 16.0  # times the least variance that anyone claims, over eta: in the prediction, who claims more is not heard
 TINY, ABSURD = 1e-12, 1e60  # of y_scale^2 the least variance; of y_scale what no y can be
@@ -105,6 +105,19 @@ AVERAGE = Layout(
     ),
     Field("silent", about="samples since y was there"),
     *each(
+        "heard",
+        across="weight across gaps of each of these",
+        across_ratio="c across gaps: mean of e^2 beside the variance claimed there",
+        across_behind="gaps behind it",
+    ),
+    *each(
+        "ACROSS",
+        across_regret="of a forecast across a gap, to each of the three that it is made of, in y_scale^2",
+        across_regret_squares="the squares of what it is the sum of",
+        across_regret_most="the largest of them of late",
+    ),
+    *numbers("reach", lowest="y so far", highest="y so far"),
+    *each(
         "VARIANCES",
         width="c: mean of what e^2 of the prediction is beside each variance that it may have",
         worth="how likely each of these is",
@@ -114,6 +127,7 @@ AVERAGE = Layout(
     given=("members",),
     SCALES=SCALES,
     VARIANCES=VARIANCES,
+    ACROSS=len(ACROSS),
     all=f"members + {len(NAIVE)}",
     heard=f"members + {len(NAIVE) + 1}",
 )
@@ -145,6 +159,8 @@ def fresh(task: Averaging) -> np.ndarray:
     state["long"], state["ratio"], state["likely"] = task.unit, 1.0, 1.0 / state["likely"].size
     state["width"], state["worth"], state["volume"] = 1.0, 1.0 / VARIANCES, 1.0
     state["tails"] = PRIOR
+    state["lowest"] = state["highest"] = np.nan
+    state["across"], state["across"][-1], state["across_ratio"] = UNTRIED / state["likely"].size, 1.0, 1.0
     return state
 
 
@@ -199,21 +215,6 @@ def heard(mu, claims, w, weights, window):
         w[i] *= part
         if w[i] > 0.0:
             mean += w[i] * mu[i]
-    return mean
-
-
-@kernel
-def known(mu, claims, w, floor, v):
-    """Fill v, the shares of those who speak by the precision that they claim as well; return the mean they make."""
-    M, total, mean = mu.size, 0.0, 0.0
-    for i in range(M):
-        v[i] = w[i] / max(claims[i], floor) if w[i] > 0.0 else 0.0
-        total += v[i]
-    part, v[M] = 1.0 / total, 0.0
-    for i in range(M):
-        v[i] *= part
-        if v[i] > 0.0:
-            mean += v[i] * mu[i]
     return mean
 
 
@@ -287,36 +288,16 @@ def learn_variances(seen, e2, variance, v, tails, width, worth, gained, volume, 
 
 
 @kernel
-def log_of_both(v, far):
-    """Return log(v far^7), which is twice what Student's density of 6 degrees is below its largest in log."""
-    whole = v * square(far * square(far)) * far
-    return log(whole) if whole < 1e300 else log(v) + (FREEDOM + 1.0) * log(far)
-
-
-@kernel
 def judge(task, row, y, mu, S, weights, evidence, squares, ratio, behind, scores, floor):
     """Give each member the log density it had for y, let its noise variance follow, and forget."""
-    M, is_silent, fade, per_unit = mu.size, False, 1.0 - 1.0 / task.memory, 1.0 / task.unit
-    for i in range(M):
-        scores[i] = math.nan
-        if not (math.isfinite(mu[i]) and S[i] > 0.0):
-            is_silent = True
-            continue
-        v = max(ratio[i] * S[i], floor)
-        z2 = square(y - mu[i]) * (1.0 / v)
-        scores[i] = -0.5 * log_of_both(v * per_unit, 1.0 + z2 * (1.0 / FREEDOM))
-        squares[i] += square(y - mu[i]) if row[SEEN] >= task.settle else 0.0
-        behind[i] = fade * behind[i] + 1.0
-        gain = 1.0 / (behind[i] + 1.0)
-        ratio[i] *= 1.0 - gain + gain * min(z2, WILD)
-        if ratio[i] * S[i] < floor:
-            ratio[i] = floor / S[i]
+    is_silent = follow_noise(task, y, mu, S, ratio, behind, scores, floor)
     all_alike = usual(weights, scores) if is_silent else 0.0
-    for i in range(M):  # who said nothing neither wins nor loses
+    for i in range(mu.size):  # who said nothing neither wins nor loses
         score = scores[i] if math.isfinite(scores[i]) else all_alike
+        if row[SEEN] >= task.settle:
+            squares[i] += square(y - mu[i]) if math.isfinite(scores[i]) else 0.0
+            evidence[i] += score if y != row[LAST] else 0.0  # a plant at rest tells nothing apart
         scores[i] = task.rate * score
-        if row[SEEN] >= task.settle and y != row[LAST]:  # a plant at rest tells nothing apart
-            evidence[i] += score
     weigh(weights, scores, task.forgetting, task.share)
 
 
@@ -339,8 +320,10 @@ def learn_tails(task, row, q, densities, e, base):
 
 
 @kernel
-def note(row, y):
-    """Keep what the naive forecasters, and the resolution of y, need."""
+def note(row, reach, y):
+    """Keep what the naive forecasters, the resolution of y, and forecasts across gaps need."""
+    reach[0] = y if not reach[0] <= y else reach[0]  # NaN at first
+    reach[1] = y if not reach[1] >= y else reach[1]
     step = abs(y - row[LAST])
     if step > 0.0 and not row[STEP] <= step:  # NaN at first
         row[STEP] = step
@@ -384,12 +367,14 @@ def pass_over_averaging(task, rows, q, kept, out, state):
     M = q.shape[1]
     (
         row, tails, likely, evidence, squares, ratio, behind, regret, regrets, most, silent,
+        across, across_ratio, across_behind, across_regret, across_regrets, across_most, reach,
         width, worth, gained, volume,
     ) = open_average(state, M - len(NAIVE))  # fmt: skip
     scratch = state[state.size - scratch_size(M) :]
-    scores, w, rest = scratch[:M], scratch[M : 2 * M], scratch[2 * M :]
+    w, precise, rest = scratch[:M], scratch[M : 2 * M], scratch[2 * M :]
     K = M + 1
-    means, claims, v, rest = rest[:K], rest[K : 2 * K], rest[2 * K : 3 * K], rest[3 * K :]
+    scores, means, claims, v = rest[:K], rest[K : 2 * K], rest[2 * K : 3 * K], rest[3 * K : 4 * K]
+    three, share, rest = rest[4 * K : 4 * K + 3], rest[4 * K + 3 : 4 * K + 6], rest[4 * K + 6 :]
     wide, densities, crowd = rest[:VARIANCES], rest[VARIANCES:], log(1.0 * K)
     for t in range(rows.shape[0]):
         y, mu, S, weights = rows[t, 0], q[t], kept[t], out[t, TOLD + SCALES :]
@@ -401,18 +386,24 @@ def pass_over_averaging(task, rows, q, kept, out, state):
         floor = floor_of(task, row)
         claim(mu, S, ratio, claims)
         mean = heard(mu, claims[:M], w, likely, task.window)
-        if not is_next:
-            mean = known(mu, claims[:M], w, floor, v)
-        base = base_of(mu, claims, w, mean, floor)
-        most_claimed = UNSURE / task.rate * least_claim(claims[:M], floor)
         for i in range(M):
-            means[i] = mu[i]
-        means[M], claims[M] = mean, most_claimed
-        prediction = mean
-        if is_next:  # of a forecast across a gap, what errors of the next sample taught says nothing
-            prediction = trusted(means, claims, most_claimed, regret, regrets, most, v, crowd)
+            precise[i] = w[i]
+            means[i] = mu[i] if is_next else within(mu[i], reach)
+        means[M] = mean if is_next else known(means[:M], claims, w, floor, precise)
+        base = base_of(means[:M], claims, w, means[M], floor)
+        if is_next:
+            claims[M] = UNSURE / task.rate * least_claim(claims[:M], floor)
+            prediction = trusted(means, claims, claims[M], regret, regrets, most, v, crowd)
+        else:  # what errors of the next sample taught says little of a forecast across a gap
+            claims[M] = base
+            three[0], three[1], three[2] = (
+                means[M],
+                proven(means, claims, across, across_ratio, floor, v),
+                naive(row, 0),
+            )
+            mean = prediction = across_gap(three, across_regret, across_regrets, across_most, share, v)
         for i in range(M):
-            weights[i] = v[i] + v[M] * w[i]
+            weights[i] = v[i] + v[M] * precise[i]
         is_absurd = abs(y) > ABSURD * math.sqrt(task.unit)
         variance = tell(row, tails, math.nan if is_absurd else y, prediction, mean, base, floor, densities, out[t])
         if is_next:
@@ -429,12 +420,16 @@ def pass_over_averaging(task, rows, q, kept, out, state):
             e = y - prediction
             learn_variances(row[SEEN], square(e), variance, wide, task.tails, width, worth, gained, volume, scores)
             regret_of(e, prediction, means, claims, task.unit, task.rate, regret, regrets, most)
+        elif not is_next:
+            regret_of(y - mean, mean, three, three, task.unit, task.rate, across_regret, across_regrets, across_most)
+            if y != row[LAST]:
+                judge_across(task, y, means, claims, across, across_ratio, across_behind, scores, floor)
         judge(task, row, y, mu, S, likely, evidence, squares, ratio, behind, scores, floor)
         learn_tails(task, row, tails, densities, y - mean, base)
-        note(row, y)
+        note(row, reach, y)
 
 
 @kernel
 def scratch_size(M):
     """Return how many numbers behind a state one sample needs, of so many forecasts."""
-    return 5 * M + 3 + VARIANCES + SCALES
+    return 6 * M + 4 + 2 * len(ACROSS) + VARIANCES + SCALES

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from . import lasting, loops, plants, unwritten
+from . import lasting, loops, plants, runs, unwritten
 from .kinds import KINDS
 
-__all__ = ["KINDS", "draw", "lasting", "loops", "plants", "unwritten"]
+__all__ = ["KINDS", "draw", "lasting", "loops", "plants", "runs", "unwritten"]
 
 
 def draw(name: str, seed: int, number: int):
