@@ -12,7 +12,7 @@ import numpy as np
 import scipy.linalg
 import scipy.stats
 
-from driftwise.estimators.track import bank, circle, judging, learning, legs, pole, step
+from driftwise.estimators.track import bank, circle, departure, judging, learning, legs, pole, step
 
 TINY = 1e-12  # no evidence is quite nothing
 
@@ -53,6 +53,12 @@ class Linear:
             self.x[c] += K * (y[c] - self.x[c, 0])
             left = np.eye(self.order) - np.outer(K, np.eye(self.order)[0])
             self.P[c] = left @ self.P[c] @ left.T + g[c] * np.outer(K, K)
+
+    def widen(self, vv, d, T, unit):
+        """Let a velocity of this variance have begun at any time, as likely at each, of the last d seconds."""
+        for c, r in enumerate(unit * self.scale):
+            self.P[c, :2, :2] += vv / r * np.array([[d * d / 3, d / 2], [d / 2, 1.0]])
+        return self.x[:, 0].copy(), self.P[:, 0, 0] * unit * self.scale
 
     def acceleration(self, T, unit):
         """Return what is expected, or what white noise on the velocity does between two plots."""
@@ -117,6 +123,11 @@ class Circle:
         self.P = left @ self.P @ left.T + K @ R @ K.T
         self.x[4] = np.clip(self.x[4], -self.most, self.most)
 
+    def widen(self, vv, d, T, unit):
+        one = vv * np.array([[d * d / 3, d / 2], [d / 2, 1.0]])
+        self.P += scipy.linalg.block_diag(one, one, 0.0)
+        return self.x[[0, 2]].copy(), np.diag(self.P)[[0, 2]]
+
     def acceleration(self, T, unit):
         return abs(self.x[4]) * math.hypot(self.x[1], self.x[3])
 
@@ -159,12 +170,21 @@ class Legs:
             self.x[j] = F @ self.x[j]
             Q = self.noise[j] * np.array([[d**3 / 3, d**2 / 2], [d**2 / 2, d]])
             self.P[j] = F @ self.P[j] @ F.conj().T + Q
+        mean, inner = self.place(T, unit)
+        return mean, inner + g * unit * self.scale
+
+    def place(self, T, unit):
+        """Return where the mixture is, and each coordinate's variance; say whether anyone could tell a turn."""
         x, _ = self.moments(self.share)
         apart = self.x[:, 0] - x[0]
         inner = self.share @ (self.P[:, 0, 0].real[:, None] + np.stack([apart.real, apart.imag], axis=1) ** 2)
         size2, vague = self.share @ np.abs(self.x[:, 1]) ** 2, self.share @ self.P[:, 1, 1].real * 2
         self.hides = size2 * T**2 <= np.mean(unit * self.scale) or size2 <= legs.KNOWN * vague
-        return np.array([x[0].real, x[0].imag]), inner + g * unit * self.scale
+        return np.array([x[0].real, x[0].imag]), inner
+
+    def widen(self, vv, d, T, unit):
+        self.P += vv * np.array([[d * d / 3, d / 2], [d / 2, 1.0]])
+        return self.place(T, unit)
 
     def moments(self, w):
         """Return mean and half the covariance of a mixture of the legs."""
@@ -241,6 +261,9 @@ class Pole:
         x3 = self.H @ self.z
         S = ahead**2 * np.diag(self.H @ self.P @ self.H.T) + g * unit * self.scale
         return last + d * velocity + ahead * x3, S
+
+    def widen(self, vv, T):
+        self.P += vv * T * T * self.H.T @ self.H
 
     def correct(self, w, ahead, unit, g):
         """One step of the predictor: measure w, go on to the next."""
@@ -324,7 +347,8 @@ class Follower:
         doubter.waiting = believer.waiting = None
         if self.waiting:
             believer._expect(self.waiting[0], self.waiting[2])
-            believer._absorb(self.waiting[0], self.waiting[1])
+            left = believer._departed(self.waiting[1])
+            believer._absorb(self.waiting[0], self.waiting[1], left > 0)
             believer._expect(t, R)
         doubter._expect(t, R)
         best = believer if self.waiting and p <= 0.5 else doubter
@@ -365,10 +389,11 @@ class Follower:
             wild = part[:, bank.WILD]
             if np.linalg.norm(y - chosen.m) > self.speed * (t - self.time):
                 far = wild + step.MADE * (far - wild)
-            kept.doubt = np.clip(np.max(wild / far), 1 - step.SUREST, step.SUREST)
+            left = chosen._departed(y)
+            kept.doubt = np.clip(np.max(wild / (far + left)), 1 - step.SUREST, step.SUREST)
             before = {}
             chosen._tell(before, chosen.w)
-        chosen._absorb(t, y)
+        chosen._absorb(t, y, waits and left > 0)
         if not waits:
             found["onset"] = not chosen.is_told and chosen.lead > step.TOLD_ABOVE
             chosen.is_told = found["onset"] or (chosen.is_told and chosen.lead >= step.OVER_BELOW)
@@ -421,10 +446,36 @@ class Follower:
     def _fade(self):
         return 1 - 1 / min(self.tails, learning.YOUNG + self.seen)
 
-    def _absorb(self, t, y):
+    def _departed(self, y):
+        """Return the density of a coordinate of a plot if the object left its rest; 0 where it did not."""
+        slow = np.linalg.norm(self.velocity) <= departure.REST * self.speed
+        if not slow or self.d < departure.TAKES or np.linalg.norm(y - self.last) > self.speed * self.d:
+            return 0.0
+        left = departure.OFTEN / (2 * self.speed * self.d)
+        return left if (left > np.exp(self._parts(y)[:, : bank.WILD]).sum(axis=1)).any() else 0.0
+
+    def _absorb(self, t, y, leaves=False):
         self._watch(y)
+        self._learn_tails(y)
+        if leaves:
+            self._leave()
         self._judge(y)
         self._learn(t, y)
+
+    def _leave(self):
+        """Widen all members by the velocities of the class."""
+        vv, own, n = self.speed**2, self.g * self.unit, len(self.kalman)
+        for i, m in enumerate(self.kalman):
+            mean, S = m.widen(vv, self.d, self.period, self.unit)
+            self.mean[i], self.S[i] = mean, S + own * m.scale
+            self.known[i] = not (isinstance(m, Legs) and m.hides)
+        for i, m in enumerate(self.poles, n):
+            m.widen(vv, self.period)
+            self.S[i] = m.predict(self.ahead, self.last, self.velocity, self.d, self.unit, self.g)[1]
+        w, known = self.w, self.w > 0
+        self.m = w[known] @ self.mean[known]
+        apart = self.mean[known] - self.m
+        self.V = np.diag(w[known] @ self.S[known]) + apart.T @ (w[known][:, None] * apart)
 
     def _watch(self, y):
         """Chi-squared of the fading mean of what straight flight misses, under the noise of those that lead."""
@@ -465,6 +516,9 @@ class Follower:
         of_all = np.log(max(self.w @ np.exp(score - score.max()), 1e-300))  # who is silent goes with all others
         self.weight += self.rate * np.where(known, score - score.max(), of_all)
         self.weight -= self.weight.max()
+
+    def _learn_tails(self, y):
+        C = self.C
         if not self.is_early:
             parts = self._parts(y)[:, : bank.WILD]
             found = np.exp(parts - np.logaddexp.reduce(parts, axis=1)[:, None]).sum(axis=0)

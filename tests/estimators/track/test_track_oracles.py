@@ -38,12 +38,22 @@ def close(got, expected, rtol):
     return np.max(abs(got - expected)) <= rtol * np.max(abs(expected))
 
 
-@pytest.mark.parametrize("coordinates, is_stated", [(2, False), (2, True), (1, True)])
-def test_all_it_tells_equals_matrices_written_from_the_textbook(coordinates, is_stated):
-    est, t, y, R = flown(coordinates, is_stated)
+@cache
+def left(coordinates=2):
+    """Return estimator, times and plots of a boat at rest, seen every three minutes, which leaves."""
+    rng = np.random.default_rng(5)
+    t = np.cumsum(np.concatenate([np.full(24, 180.0), np.full(12, 30.0)]) * rng.uniform(0.98, 1.02, 36))
+    y = 3.0 * np.maximum(t - t[23] + 120.0, 0.0)[:, None] * [0.6, 0.8] + 1.5 * rng.standard_normal((36, 2))
+    return dw.TrackEstimator("boat", coordinates=coordinates), t, y[:, :coordinates], None
+
+
+@pytest.mark.parametrize("record", [(flown, 2, False), (flown, 2, True), (flown, 1, True), (left, 2), (left, 1)])
+def test_all_it_tells_equals_matrices_written_from_the_textbook(record):
+    make, coordinates, *stated = record
+    est, t, y, R = make(coordinates, *stated)
     trace = est.scan(t, y, R)
     follower = Follower(est.speed, coordinates, **{name: est.options[name] for name in CONSTANTS})
-    assert trace.onset.any() and (trace.status & int(dw.Status.OUTLIER)).any()
+    assert (trace.onset.any() or make is left) and (trace.status & int(dw.Status.OUTLIER)).any()
     for k in range(len(t)):
         told = follower.take(t[k], y[k], None if R is None else np.diag(R[k]))
         if not k:

@@ -61,6 +61,14 @@ def variance(row, C, i, c):
 
 
 @kernel
+def widen(row, C, i, much):
+    """Add to the variance of x3 of each coordinate."""
+    n = size(C)
+    for c in range(C):
+        row[at_pole(C, i) + n + _index(n, 2 * c + 1, 2 * c + 1)] += much
+
+
+@kernel
 def measure(row, C, i, c, w, r, A):
     """Let w of coordinate c be measured with noise of variance r; A is room for a column."""
     at, n, h = at_pole(C, i), size(C), 2 * c + 1

@@ -15,7 +15,7 @@ from typing import NamedTuple
 from ...engine.dispatch import kernel, pass_over
 from ...engine.elementary import log, square
 from ...engine.status import MISSING_OUTPUT, NOT_READY, OUTLIER, PROJECTED
-from . import bank, circle, judging, learning, legs, linear, output, pole
+from . import bank, circle, departure, judging, learning, legs, linear, output, pole
 
 SUREST = 0.98  # of a plot that waits: how likely it is wild, at most, and how likely true
 MADE = 0.03  # by what it is less likely that a manoeuvre took an object farther off than its class goes in the time
@@ -113,8 +113,11 @@ def foretell(task, row, C, d, R, unit, g, mean, S, F, A, B, w, told):
 
 
 @kernel
-def absorb(task, row, C, T, d, y, unit, g, mean, S, A, B, w, told, parts, scores, room):
-    """Let a row that is at the time of a plot learn from it; return the status of one where a pole was held."""
+def absorb(task, row, C, T, d, y, unit, g, mean, S, A, B, w, told, parts, scores, room, leaves):
+    """Let a row that is at the time of a plot learn from it; return the status of one where a pole was held.
+
+    ``leaves``: as the plot of what was at rest.
+    """
     n = pole.size(C)
     x, off, exact, share, least = (
         room[:n],
@@ -125,9 +128,13 @@ def absorb(task, row, C, T, d, y, unit, g, mean, S, A, B, w, told, parts, scores
     )
     learning.compare_steps(row, C, d, y, off, exact)
     judging.watch(task, row, C, T, y, unit, w, mean, S)
-    judging.judge(task, row, C, T, y, unit, w, mean, S, exact, scores)
     if row[bank.SEEN] >= 2.0:
         learning.learn_tails(task, row, C, exact, parts)
+    if leaves:
+        departure.leave(task, row, C, T, d, unit)
+        judging.foresee(row, C, T, d, task.fastest, unit, g, mean, S)
+        output.expect(C, w, mean, S, told)
+    judging.judge(task, row, C, T, y, unit, w, mean, S, exact, scores)
     learning.learn_noise(row, C, d, y, g, unit, exact)
     held = correct_all(task, row, C, T, d, y, g, unit, mean, S, exact, A, B, x, share, least)
     learning.note(row, C, d, y, told, off, exact)
@@ -148,12 +155,12 @@ def suspect(task, row, C, d, y, R, told, parts, off, exact):
     for c in range(C):
         if learning.shows_lattice(row, C, c, exact):
             return False
-    doubt, off2 = 0.0, 0.0
+    doubt, off2, left = 0.0, 0.0, departure.likelihood(task, row, C, d, y, parts)
     for c in range(C):
         off2 += square(y[c] - told[c])
     possible = 1.0 if off2 <= square(task.fastest * d) else MADE
     for c in range(C):
-        far, wild = 0.0, parts[c * bank.TAILS + bank.WILD]
+        far, wild = left, parts[c * bank.TAILS + bank.WILD]
         for j in range(bank.WILD):
             far += possible * parts[c * bank.TAILS + j] if bank.SCALES[j] > 10.0 else 0.0
         part = wild / (wild + far) if far > 0.0 else 1.0
@@ -214,7 +221,8 @@ def advance(task, row, t, y, R, out, kept):
         d = row[bank.SUSPECTED]
         T = foretell(task, other, C, d, stated, unit, g, mean, S, F, A, B, w, told)
         output.tell(other, C, was, w, told, parts, spare)
-        absorb(task, other, C, T, d, was, unit, g, mean, S, A, B, w, told, parts, scores, learnt)
+        leaves = departure.likelihood(task, other, C, d, was, parts) > 0.0
+        absorb(task, other, C, T, d, was, unit, g, mean, S, A, B, w, told, parts, scores, learnt, leaves)
         copy(row if is_true else other, ahead)
         foretell(task, ahead, C, t - ahead[bank.TIME], R, unit, g, mean, S, F, A, B, w, rival)
         output.tell(ahead, C, z, w, rival, parts, spare)
@@ -241,7 +249,8 @@ def advance(task, row, t, y, R, out, kept):
         if waits:
             status += OUTLIER
             output.tell_state(task, row, C, T, w, unit, x, A, F, spare)
-        status += absorb(task, row, C, T, d, z, unit, g, mean, S, A, B, w, told, parts, scores, learnt)
+        leaves = waits and departure.likelihood(task, row, C, d, z, parts) > 0.0
+        status += absorb(task, row, C, T, d, z, unit, g, mean, S, A, B, w, told, parts, scores, learnt, leaves)
         judging.weigh(row, C, mean, w)
         if not waits:
             row[bank.TIME] = t
