@@ -40,13 +40,6 @@ def test_a_step_of_the_noise_is_told_whatever_the_level_does(growth):
     assert told >= 18
 
 
-def test_a_step_beside_a_share_is_told_as_well():
-    rng = np.random.default_rng(3)
-    of = level(rng, 8.0)
-    y = of + np.where(np.arange(600) < 350, 0.02, 0.08) * of * rng.standard_normal(600)
-    assert [jump.kind for jump in hindsight(y, NONE).jumps()] == [NOISE]
-
-
 def test_the_words_say_so():
     rng = np.random.default_rng(1)
     of = level(rng, 8.0)

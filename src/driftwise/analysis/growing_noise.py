@@ -14,6 +14,7 @@ from .response_record import local_size, long_run
 
 POWERS = 1.0, 0.5  # of the level: a share of it, as of prices, or the root of it, as of counts
 WIDTH = 25  # samples either side, that a level is the mean of: that of the season, or that of the sample
+LIKELIER = math.log(10.0)  # than all jumps: of a plant, louder noise is the commoner
 RANGE = 1.5  # between the twentieth and the last but nineteenth part of the levels, at least
 
 
@@ -30,8 +31,8 @@ STEADY = Growth(0.0, 0.0)
 def growth(now: Response, middle: float) -> tuple[Growth, list[NoiseJump]]:
     """Return how the noise that is left grows with the level, and the jumps of it that remain.
 
-    The level is what was expected of each sample; ``middle`` is what `now` counts y from. It does grow where that is at
-    least as likely as all jumps that constant noise would need, beside its own. Only what stays above zero has one.
+    The level is what was expected of each sample; ``middle`` is what `now` counts y from. It does grow where that is
+    ten times as likely as all jumps that constant noise would need. Only what stays above zero has such a level.
     """
     jumps, r = noises(now), now.left * now.sigma[now.rows]
     level = now.record.y[now.rows] - r + middle
@@ -44,11 +45,11 @@ def growth(now: Response, middle: float) -> tuple[Growth, list[NoiseJump]]:
     r = np.clip(r, -limit, limit)
     shapes = [(power, of**power) for power in POWERS for of in (level, around)]
     gained, power, shape = max(((_gain(r, shape), power, shape) for power, shape in shapes), key=itemgetter(0))
-    usual = float(np.median(shape))
-    rest = noises(now, shape / usual)
-    if gained - math.log(len(shapes)) + sum(jump.log_odds for jump in rest) < sum(jump.log_odds for jump in jumps):
+    if gained - math.log(len(shapes)) < sum(jump.log_odds for jump in jumps) + LIKELIER:
         return STEADY, jumps
-    return Growth(power, 1.4826 * float(np.median(abs(r) / shape)) * usual / float(np.median(level))), rest
+    usual = float(np.median(shape))
+    share = 1.4826 * float(np.median(abs(r) / shape)) * usual / float(np.median(level))
+    return Growth(power, share), noises(now, shape / usual)
 
 
 def _gain(r, shape) -> float:
