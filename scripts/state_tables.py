@@ -24,6 +24,7 @@ from driftwise.estimators.track.bank import TRACK, TRACK_SAMPLE
 from driftwise.estimators.window_observer.fir import FIR
 from driftwise.estimators.window_observer.growing import GROWING
 from driftwise.estimators.window_observer.queue import QUEUE
+from driftwise.memory.additive import PAST
 from driftwise.memory.auto_state import AUTO
 from driftwise.memory.autocovariance_ls import DESIGN
 from driftwise.memory.auxiliary_filter import FILTER
@@ -70,6 +71,7 @@ MEMORIES = {
     "`suspicion` of `AutoMemory`": SUSPICION,
     "`second` of `AutoMemory`": SECOND,
     "`rows` of `AutoMemory`": ROWS,
+    "`past` of `AutoMemory`": PAST,
     "`moments` of `AutoMemory`": MOMENT,
     "a row of `kept` of `moments`": ROW,
     "`trial` of `AutoMemory`": TRIAL,

@@ -32,6 +32,7 @@ _HOME = {
     "count": "registry",
     "found_jump": "registry",
     "outlier_probability": "registry",
+    "additive_share": "registry",
     "on_alarm": "registry",
     "time_update": "registry",
     "resolve": "registry",

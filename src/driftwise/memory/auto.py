@@ -14,6 +14,7 @@ from ..engine import validation
 from ..engine.dispatch import PerParameter, Vector
 from .auto_answers import (
     adapt_auto,
+    additive_share_auto,
     begin_auto,
     count_auto,
     found_jump_auto,
@@ -27,6 +28,7 @@ from .auto_state import auto_size
 from .bank import common_of_banks
 from .registry import (
     adapt,
+    additive_share,
     begin,
     count,
     found_jump,
@@ -60,9 +62,9 @@ class AutoMemory(NamedTuple):
 
     Bad at: records almost without noise, where a jump of more than two thousand of its deviations (`WIDEST`) may be
     followed a hundred samples late, or not at all; very smooth motion, and speeds that differ a thousandfold, where
-    the right Q is 10 % better; for a few samples after a jump its bars are too narrow; outliers of y that stay
-    among the regressors of an `ARX` are doubted there, but frequent ones still look like jumps now and then. The
-    learnt speeds take a few hundred samples.
+    the right Q is 10 % better; for a few samples after a jump its bars are too narrow; frequent
+    outliers still look like jumps now and then. Among the regressors of an `ARX` those of the sensor are replaced, and
+    those of the process are not: what follows tells which they were. The learnt speeds take a few hundred samples.
     Source: Abid and Kamoun (2008) pose the problem; Blom and Bar-Shalom (1988), Willsky and Jones (1976) the parts.
 
     Examples
@@ -105,6 +107,7 @@ class AutoMemoryKernel(NamedTuple):
     samples: float
     tau: float
     prior: float
+    past: float  # so many regressors at first are past outputs, of which outliers are replaced
     lags: PerParameter  # samples later than the first that each acts, if all jump
     levels: Vector
     A: Vector
@@ -127,7 +130,7 @@ def resolve_auto_memory(memory, setting):
         **common_of_banks(setting, memory.phi), stakes=float(setting.is_regression),
         outliers=float(expect != "jumps"), jumps=float(expect != "outliers"),
         start=np.log(START), least=np.log(LEAST), most=np.log(MOST), samples=SAMPLES, tau=TAU, prior=PRIOR,
-        lags=setting.lags if setting.lags.size else np.zeros(setting.N),
+        past=float(setting.past), lags=setting.lags if setting.lags.size else np.zeros(setting.N),
         levels=levels, A=np.ravel(SPEEDS),
     )  # fmt: skip
 
@@ -136,6 +139,7 @@ begin.on(AutoMemoryKernel)(begin_auto)
 adapt.on(AutoMemoryKernel)(adapt_auto)
 count.on(AutoMemoryKernel)(count_auto)
 outlier_probability.on(AutoMemoryKernel)(outlier_probability_auto)
+additive_share.on(AutoMemoryKernel)(additive_share_auto)
 found_jump.on(AutoMemoryKernel)(found_jump_auto)
 time_update.on(AutoMemoryKernel)(time_update_auto)
 mixture.on(AutoMemoryKernel)(mixture_auto)

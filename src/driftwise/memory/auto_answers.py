@@ -8,6 +8,7 @@ from ..engine.dispatch import kernel, rare
 from ..engine.elementary import log
 from ..engine.status import AT_REST, CAPPED, NOISE, OUTLIER
 from ..engine.ud import predicted_variance
+from .additive import pass_kinds, share_additive, weigh_kinds
 from .auto_constants import (
     EVEN,
     FREQUENT,
@@ -45,6 +46,7 @@ from .modes import update as update_bank
 from .moments import ODDS as MOMENT_ODDS
 from .moments import SINCE as MOMENT_SINCE
 from .moments import add_up, expected, follow_moment, forget_moments, look_back
+from .registry import LIKELY
 from .robust_start import remember
 from .second_start import concede, is_explained, let_start, start_again
 from .suspicion import calm, suspect
@@ -78,7 +80,7 @@ def try_out(memory, parts, e, R, evidence, rho, outliers, view):
     """Let the trial see the sample, and follow what it decides; return the probability of an outlier to all."""
     trial, head, own, unit, N = parts.trial, parts.head, parts.own, parts.drift.unit, view.theta.size
     is_right = memory.has_state == 0.0 and head[CLEAN] <= N and head[SINCE_GAP] >= N
-    same, freed, level = argue(memory, trial, e, R, is_right, view.theta, evidence, outliers, view, unit)
+    same, freed, level = argue(memory, trial, parts.past, e, R, is_right, view.theta, evidence, outliers, view, unit)
     known = share_of_outliers(memory, head, head[STRUCK_BEFORE])
     head[VERDICT] = judge(memory, trial, outliers, known, parts.drift.head[SEEN], unit)
     shown = trial.shown
@@ -139,6 +141,8 @@ def adapt_auto(memory, state, e, R, view):
     if looks_back:
         slow_e, slow_T, slow_s2 = expected(memory, own.bank, e, R, theta, view)
         slow_weight = slow[WEIGHT]
+    if memory.past > 0.0:
+        weigh_kinds(memory, parts.past, view.psi, theta, e, s2 * (T - R + memory.R), e + dot(view.psi, theta))
     evidence, rho = update_bank(memory, own, e, R, theta, view, outliers, is_unexcited, is_unexcited)
     own.head[WAITS] = 0.0 if is_unexcited else 1.0
     if is_unexcited:
@@ -202,6 +206,12 @@ def outlier_probability_auto(memory, state):
 
 
 @kernel
+def additive_share_auto(memory, state):
+    """Where past outputs are regressors, what follows an outlier tells."""
+    return share_additive(open_parts(memory, state, memory.cap.size).past) if memory.past > 0.0 else 1.0
+
+
+@kernel
 def found_jump_auto(memory, state, detector_state):
     """Tell a jump, and when the trial that found it began."""
     parts = open_parts(memory, state, memory.cap.size)
@@ -235,6 +245,9 @@ def time_update_auto(memory, state, elapsed, view):
     if trial.head[AGE] > 0.0:
         time_update_copies(memory, trial, q, waits, view.b)
     own.head[WAITS] = 0.0
+    if memory.past > 0.0:
+        is_one = view.surprise >= 0.0 and head[RHO] > LIKELY and head[VERDICT] == NOTHING
+        pass_kinds(memory, parts.past, head[RHO] if is_one else 0.0)
     if view.surprise != view.surprise:
         head[SINCE_GAP] = 0.0
     if view.surprise >= 0.0:

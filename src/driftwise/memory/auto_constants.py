@@ -26,6 +26,7 @@ ISOLATED = 2.0  # clean samples before one that is taken for a wrong number alon
 SUSPECT, SUSPECT_FREQUENT = 0.9, 0.95  # what is said of the others, at most; the second where outliers are frequent
 FREQUENT = 0.02  # this share is
 EVEN = 0.5  # what is said of a doubted one where they are rarer, at most: a jump looks alike
+ADDITIVE, KINDS = 0.8, 2.0  # share of outliers that are additive, and how many are counted, before data
 
 # Jumps and levels of the noise
 RATE = 1e-3  # of each, a sample, before data: two in a record of two thousand

@@ -6,6 +6,7 @@ import numpy as np
 
 from ..engine.dispatch import kernel
 from ..engine.layout import Field, Layout, numbers
+from .additive import open_past, past_size
 from .auto_constants import LEVELS, MOMENTS, STRUCK_FADES
 from .bank import bank_size, open_bank
 from .likelihood_drift import learner_size, open_learner
@@ -40,6 +41,7 @@ AUTO = Layout(
     Field("second", ("second_size(N)",), "another start"),
     Field("learner", ("learner_size(N, N)",), "what learns the ratio of the last mode"),
     Field("rows", ("rows_size(N)",), "the last rows, some of which another start begins with"),
+    Field("past", ("past_size(N)",), "what past outputs were, and how many outliers were of which kind"),
     Field("moments", ("moments_size(N, M, MOMENTS)",), "when one parameter may have jumped"),
     given=("N", "M"),
     bank_size=bank_size,
@@ -48,6 +50,7 @@ AUTO = Layout(
     trial_size=trial_size,
     learner_size=learner_size,
     rows_size=rows_size,
+    past_size=past_size,
     moments_size=moments_size,
     MOMENTS=MOMENTS,
 )
@@ -65,6 +68,7 @@ class Parts(NamedTuple):
     second: tuple
     learner: tuple
     rows: tuple
+    past: tuple
     moments: tuple
 
 
@@ -76,8 +80,9 @@ def open_parts(memory, state, N):
     bank, trial = open_bank(parts.bank, N, MODES), open_trial(parts.trial, N, MODES)
     sums = open_suspicion(parts.suspicion, N)
     second, learner = open_second(parts.second, N), open_learner(parts.learner, N, N)
-    rows, moments = open_rows(parts.rows, N), open_moments(parts.moments, N, MODES, MOMENTS)
-    return Parts(drift, bank, parts.head, sums, trial, second, learner, rows, moments)
+    rows, past = open_rows(parts.rows, N), open_past(parts.past, N)
+    moments = open_moments(parts.moments, N, MODES, MOMENTS)
+    return Parts(drift, bank, parts.head, sums, trial, second, learner, rows, past, moments)
 
 
 @kernel

@@ -218,6 +218,25 @@ def count(memory, state, count, chi2, weight, gain):
 
 
 @question
+def additive_share(memory, state):
+    """Return how many outliers in one are wrong in what was measured alone. Plain: all.
+
+    The next outputs go on from the others, which stand among the regressors as measured.
+
+    Parameters
+    ----------
+    memory, state : as for `begin`
+
+    Examples
+    --------
+    >>> import numpy as np, driftwise as dw
+    >>> dw.memory.additive_share(dw.Constant(), np.zeros(0))
+    1.0
+    """
+    return 1.0
+
+
+@question
 def found_jump(memory, state, detector_state):
     """Say whether the memory itself found, at the sample just taken in, that the parameters had jumped: 1, otherwise 0.
 
@@ -235,6 +254,10 @@ def found_jump(memory, state, detector_state):
     0.0
     """
     return 0.0
+
+
+LIKELY = 0.5  # probability of an outlier from which the mean of y and its prediction stands in: what is wrong with it
+# has nothing to do with it then, and biases no parameter
 
 
 @question

@@ -27,7 +27,8 @@ class Setting(NamedTuple):
     ``R`` is the variance of the noise, relative to sigma^2 where that is learnt; the first ``moving`` regressors are
     data, not a constant; ``prior`` is mean, U and D; ``first`` unknowns, a state, stand before the parameters. Through
     it each parameter acts so many samples later than the first (``lags``; empty: all act at once). In a regression
-    (``is_regression``) they act through data, not through what was estimated before.
+    (``is_regression``) they act through data, not through what was estimated before; the first ``past`` regressors are
+    past outputs, newest first, of which the estimator replaces outliers.
 
     ``cap`` are the prior variances, in the same units.
 
@@ -48,6 +49,7 @@ class Setting(NamedTuple):
     first: int = 0
     lags: np.ndarray = np.zeros(0)
     is_regression: bool = False
+    past: int = 0
 
     @property
     def N(self) -> int:

@@ -10,6 +10,7 @@ from ..engine.dense import at
 from ..engine.dispatch import kernel, rare
 from ..engine.elementary import log
 from ..engine.ud import factor_within
+from .additive import exchange
 from .auto_constants import (
     DEAD,
     DOUBTLESS,
@@ -139,10 +140,11 @@ def copy_sees(memory, trial, k, e, R, theta, outliers, view):
 
 
 @kernel
-def argue(memory, trial, e, R, is_right, theta, evidence, outliers, view, unit):
+def argue(memory, trial, past, e, R, is_right, theta, evidence, outliers, view, unit):
     """Let the trial see the sample; return the probability that it is an outlier, to each copy.
 
-    ``is_right``: regressors are, if parameters jumped: only what looked like an outlier makes them doubtful.
+    ``is_right``: regressors are, if parameters jumped: only what looked like an outlier makes them doubtful. Then those
+    of ``past`` which did so since the trial began were none, and stand among the regressors as measured.
     ``evidence`` is that of the bank.
     """
     N, head = theta.size, trial.head
@@ -153,7 +155,10 @@ def argue(memory, trial, e, R, is_right, theta, evidence, outliers, view, unit):
     for i in range(N):
         if memory.lags[i] > head[AGE]:  # this one may be the old one still, or not
             noise += WIDE * unit[i] * view.psi[i] * view.psi[i]
-    _, freed_rho, _ = copy_sees(memory, trial, FREED, e, noise, theta, outliers, view)
+    since = head[AGE] if is_right else 0.0
+    freed_e = exchange(memory, past, view.psi, theta, e, since)
+    _, freed_rho, _ = copy_sees(memory, trial, FREED, freed_e, noise, theta, outliers, view)
+    exchange(memory, past, view.psi, theta, e, since)
     level_rho, level = 0.0, mode(trial.copies, LEVEL, N).own
     if memory.learns > 0.0:
         before = own_sigma2(memory, level)

@@ -71,7 +71,14 @@ class Recursive(Posterior):
         self._set_prior(options["theta0"], options["P0"])
         prior, cap = (self._s0, self._U0, self._D0), np.diag(self.prior_covariance).copy()
         setting = Setting(
-            self._theta_units(), cap, self.scale, R, N - self.model.constants, prior, is_regression=self._is_regression
+            self._theta_units(),
+            cap,
+            self.scale,
+            R,
+            N - self.model.constants,
+            prior,
+            is_regression=self._is_regression,
+            past=self._past(),
         )
         given = self._memory(R)
         detector, settle = resolve_watch(given, N, setting.units)
@@ -103,6 +110,10 @@ class Recursive(Posterior):
 
     def _sample_sizes(self) -> tuple[int, ...]:
         return 1, int(self.policies[0].mixture_columns)
+
+    def _past(self) -> int:
+        """Return how many regressors, the first ones, are past outputs as data, of which outliers are replaced."""
+        return 0
 
     def _kernel_form(self, form, R, memory) -> Any:
         """Return the kernel's form, with what it needs to know of noise, prior and memory."""
@@ -387,6 +398,9 @@ class ARX(InHindsight, Recursive):
         if kind != "ls":
             return gradient(kind, self.options["step"], memory, self._theta_units(), self.y_scale, R)
         return super()._method(R)
+
+    def _past(self) -> int:
+        return self.model.na if self._is_regression and self.options["missing"] == "predict" else 0
 
     def as_regression(self) -> Any:
         """Return the estimator itself where it is least squares, else None."""

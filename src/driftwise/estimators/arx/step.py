@@ -11,7 +11,18 @@ from ...engine.elementary import log
 from ...engine.elementary.logarithm import log_of_ratio
 from ...engine.status import BAD_VALUE, EXACT, FILLED, LOST, MISSING_INPUT, MISSING_OUTPUT, REJECTED, SKIPPED
 from ...engine.ud import entry, predicted_variance, project, variance, variances
-from ...memory.registry import Alarm, begin, count, found_jump, mixture, on_alarm, outlier_probability, time_update
+from ...memory.registry import (
+    LIKELY,
+    Alarm,
+    additive_share,
+    begin,
+    count,
+    found_jump,
+    mixture,
+    on_alarm,
+    outlier_probability,
+    time_update,
+)
 from ...models.scale import freedom, sigma2
 from ..joint.step import DOUBTED, hold_input, predict_input
 from .gaps import is_clear, pass_gap, spread
@@ -43,8 +54,6 @@ from .row import (
 )
 
 TINY = 1e-300  # marks a predicted number that nothing is known about
-LIKELY = 0.5  # probability of an outlier from which the mean of y and its prediction stands in: what is wrong with it
-# has nothing to do with it then, and biases no parameter
 GLITCH = 0.3  # of the squared error: variance of a doubted one, which may be right; weighed so it biases no parameter
 RANGE = 100.0  # variance of an output that is lost: ten times the largest one, squared
 
@@ -228,7 +237,10 @@ def advance_lags(form, method, memory, gate, scale, detector, state, scratch, y,
         if form.missing == PREDICT and surprise >= 0.0:
             rho = outlier_probability(memory, state.memory_state)
             if rho > LIKELY:  # mean and variance of what y would have been
-                z, y_variance = z - rho * e, rho * ((1.0 - rho) * e * e + s2 * T)
+                share = additive_share(memory, state.memory_state)
+                wrong = share * rho
+                z, y_variance = z - wrong * e, wrong * ((1.0 - wrong) * e * e + s2 * T)
+                seen = e if share == 1.0 else np.nan  # what comes next tells of which kind it was
             elif rho > DOUBTED:
                 y_variance = GLITCH * e * e
     status |= renew(form, state, scratch, z, y_variance, seen, s2 * T)

@@ -18,7 +18,7 @@ ROOT = Path(__file__).parents[4]
 PAGE = ROOT / "docs" / "judged.md"
 CHOOSING = 0  # the seed to work with
 CHOSEN = (
-    *("auto", "auto_answers", "auto_constants", "auto_shown", "auto_state", "lone_jump", "robust_start"),
+    *("additive", "auto", "auto_answers", "auto_constants", "auto_shown", "auto_state", "lone_jump", "robust_start"),
     *("second_start", "suspicion"),
     *("trial", "trial_state", "verdict", "bank", "modes", "mixing", "likelihood_drift", "unknown_drift", "sensitivity"),
 )
