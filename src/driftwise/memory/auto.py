@@ -23,7 +23,7 @@ from .auto_answers import (
     take_along_auto,
     time_update_auto,
 )
-from .auto_constants import JUMP_ODDS, LEAST, LEVELS, MOST, PRIOR, SAMPLES, SPEEDS, START, TAU
+from .auto_constants import BESIDE_STATE, JUMP_ODDS, LEAST, LEVELS, MOST, PRIOR, SAMPLES, SPEEDS, START, TAU
 from .auto_state import auto_size
 from .bank import common_of_banks
 from .registry import (
@@ -107,6 +107,7 @@ class AutoMemoryKernel(NamedTuple):
     samples: float
     tau: float
     prior: float
+    home: float  # where they begin and are shrunk to, less ``start``
     past: float  # so many regressors at first are past outputs, of which outliers are replaced
     lags: PerParameter  # samples later than the first that each acts, if all jump
     levels: Vector
@@ -130,7 +131,8 @@ def resolve_auto_memory(memory, setting):
         **common_of_banks(setting, memory.phi), stakes=float(setting.is_regression),
         outliers=float(expect != "jumps"), jumps=float(expect != "outliers"),
         start=np.log(START), least=np.log(LEAST), most=np.log(MOST), samples=SAMPLES, tau=TAU, prior=PRIOR,
-        past=float(setting.past), lags=setting.lags if setting.lags.size else np.zeros(setting.N),
+        home=np.log(BESIDE_STATE) if setting.lags.size else 0.0, past=float(setting.past),
+        lags=setting.lags if setting.lags.size else np.zeros(setting.N),
         levels=levels, A=np.ravel(SPEEDS),
     )  # fmt: skip
 

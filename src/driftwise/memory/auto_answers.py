@@ -62,6 +62,8 @@ def begin_auto(memory, state, view):
     """Let every filter begin as the estimator does."""
     parts = open_parts(memory, state, view.D.size)
     begin_modes(memory, parts.own.bank, view.theta, view.U, view.D)
+    for i in range(view.D.size):
+        parts.learner.eta[i] = memory.home
 
 
 @rare
@@ -155,7 +157,7 @@ def adapt_auto(memory, state, e, R, view):
     if is_early and drift.head[SEEN] > 2.0 * N:
         has_won = start_again(memory, parts.second, parts.rows, e, R, evidence, drift.unit, theta, own.P, view)
         if has_won and not is_explained(trial, parts.second):
-            let_start(parts.second, own.bank, own.dense, learner, own.P)
+            let_start(memory, parts.second, own.bank, own.dense, learner, own.P)
             end_trial(trial)
             is_on = False
     if is_on:

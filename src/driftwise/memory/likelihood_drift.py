@@ -69,6 +69,7 @@ class LikelihoodDriftKernel(NamedTuple):
     samples: float
     tau: float
     prior: float
+    home: float  # where the ratios begin and are shrunk to, less ``start``
 
     def state_size(self, parameters: int) -> int:
         """Return how many numbers it keeps."""
@@ -147,7 +148,8 @@ def climb(policy, learner, z, part):
         mean += eta[j]
     mean /= m
     for j in range(m):
-        g[j] = -0.5 * part * (r[j] * (1.0 - z * z) + 2.0 * z * w[j]) - (eta[j] * loose + (eta[j] - mean) * tight) * fade
+        shrunk = (eta[j] - policy.home) * loose + (eta[j] - mean) * tight
+        g[j] = -0.5 * part * (r[j] * (1.0 - z * z) + 2.0 * z * w[j]) - shrunk * fade
         shared = learner.shares[j] * nuisance
         for i in range(j + 1):
             J[at(i, j)] += part * (0.5 * r[i] * r[j] + w[i] * w[j]) - J[at(i, j)] * fade
@@ -192,7 +194,7 @@ def resolve_likelihood_drift(memory, setting):
         ratios=1 if validation.yes("shared", memory.shared) else setting.N,
         start=np.log(start), least=np.log(least), most=np.log(most),
         samples=more_than_one("samples", memory.samples), tau=validation.positive("tau", memory.tau),
-        prior=validation.positive("prior", memory.prior),
+        prior=validation.positive("prior", memory.prior), home=0.0,
     )  # fmt: skip
 
 

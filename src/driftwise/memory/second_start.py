@@ -111,7 +111,7 @@ def concede(trial, second):
 
 
 @kernel
-def let_start(second, bank, dense, learner, P):
+def let_start(memory, second, bank, dense, learner, P):
     """Let every filter of the bank be the one that began later, and know no speed yet; ``P`` is scratch."""
     one = mode(second.row, 0, learner.eta.size)
     expand(one.U, one.D, P)
@@ -119,4 +119,6 @@ def let_start(second, bank, dense, learner, P):
     for known in (learner.eta, learner.shares, learner.known, learner.J, learner.dtheta, learner.dP):
         for i in range(known.size):
             known[i] = 0.0
+    for i in range(learner.eta.size):
+        learner.eta[i] = memory.home
     second.head[AGE] = 0.0

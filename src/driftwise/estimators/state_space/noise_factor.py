@@ -38,6 +38,7 @@ class NoiseFactor(NamedTuple):
     samples: float
     tau: float
     prior: float
+    home: float
 
     def state_size(self, states: int) -> int:
         """Return how many numbers it keeps."""
@@ -55,7 +56,7 @@ def noise_factor(memory: LikelihoodDrift, is_relative: bool) -> NoiseFactor:
         )
     return NoiseFactor(
         float(is_relative), 0.0, math.log(least / start), math.log(most / start),
-        more_than_one("samples", memory.samples), 1.0, validation.positive("prior", memory.prior),
+        more_than_one("samples", memory.samples), 1.0, validation.positive("prior", memory.prior), 0.0,
     )  # fmt: skip
 
 
