@@ -107,9 +107,10 @@ def test_a_run_that_dies_at_any_step_is_gone_on_with_bit_for_bit(path, tmp_path,
 
         def dies(*args, **options):
             nonlocal left
-            left -= 1
-            if left == -1:
-                raise Dead
+            if isinstance(args[0], int) or tmp_path in Path(args[0]).parents:  # not what a compiler clears away beside
+                left -= 1
+                if left == -1:
+                    raise Dead
             return real(*args, **options)
 
         monkeypatch.setattr(os, step, dies)
