@@ -204,7 +204,7 @@ class Identification:
     def phrase(self, change: Change) -> str:
         """Return a change as a phrase, with its time on the clock of the table."""
         run = self._run(change.time) if self.breaks else 0
-        when, *ends = (self._at(time, run) for time in (change.time, *change.times))
+        when, *ends = (self.when(time, run) for time in (change.time, *change.times))
         between = "" if ends == [when, when] else f" ({' to '.join(end.removeprefix('at ') for end in ends)})"
         of_run = f" of the {ordinal(run)} run of the clock" if run else ""
         return f"{when}{of_run}{between} {change.what}"
@@ -213,7 +213,7 @@ class Identification:
         """Return which run of the clock an instant lies in, from 1: it may have started again."""
         return 1 + sum(begin <= time for begin, _ in self.breaks)
 
-    def _at(self, time: float, known: int) -> str:
+    def when(self, time: float, known: int = 0) -> str:
         """Return an instant as a phrase, as it stands in the table; with the run of its clock unless that is known."""
         run = self._run(time)
         at = self.table.at(time - self.breaks[run - 2][1] if run > 1 else time, self.origin)

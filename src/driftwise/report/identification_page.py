@@ -92,12 +92,15 @@ def by_structure(forecast):
 
 def _cards(found, line) -> list[str]:
     f, last = found.quoted, found.last
-    what = f"last {line.words(last.time)[0]}: {last.moved}" if last else NOTHING_JUMPED
+    what = f"last {_when(found, line, last)}: {last.moved}" if last else NOTHING_JUMPED
+    changes = Card("Changes", str(found.alarms or "none"), what)
+    if not last and found.visible is None:
+        changes = Card("Changes", "not known", "there are too few samples", "warn")
     naive = f"last value: {number(found.naive['last value'], 3)} rms"
     held = grade(found.diagnosis.find("coverage").is_fine, f.coverage >= 0.85)
     return [
         group("The plant", _plant(found)),
-        group("Changes", [Card("Changes", str(found.alarms or "none"), what)]),
+        group("Changes", [changes]),
         group("How sure", [Card("One-step fit", fixed(f.fit, 1), naive, "", "%"), held_card(f.coverage, held)]),
     ]
 
@@ -106,7 +109,9 @@ def _plant(found) -> list[Card]:
     """Return the cards of what the words claim of the first input that they know; of no input, the model's own."""
     lasting = found.table.lasting
     if not found.table.inputs:
-        return plant_cards(found.summary, found.trace.dt, lasting, found.quoted.rmse)
+        mode, *rest = plant_cards(found.summary, found.trace.dt, lasting, found.quoted.rmse)
+        is_told = any(claim.kind in ("time constant", "pole") for claim in found.claims)
+        return [mode if is_told else Card("Slowest mode", "not known", "none stands out", "warn"), *rest]
     known = {claim.kind: claim for claim in reversed(found.claims) if claim.interval is not None}
     cards, open_ = [], "may integrate" if found.effects.is_endless else "the data leave it open"
     if one := known.get("time constant"):
@@ -123,9 +128,13 @@ def _plant(found) -> list[Card]:
     return cards
 
 
+def _when(found, line, change) -> str:
+    """Return when a change was, as the axis has it; where its clock starts again, as the table has it."""
+    return f"{found.when(change.time).removeprefix('at ')} run" if found.breaks else line.words(change.time)[0]
+
+
 def _changes(found, line) -> str:
-    when = line.words(*(c.time for c in found.changes))
-    rows = [[t, c.moved, odds_words(c.odds)] for c, t in zip(found.changes, when)]
+    rows = [[_when(found, line, c), c.moved, odds_words(c.odds)] for c in found.changes]
     what = f"what changed: the surest {len(rows)} of {found.alarms}" if found.alarms > len(rows) else "what changed"
     return table([line.label, what, "odds"], rows, text=(0, 1))
 

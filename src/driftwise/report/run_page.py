@@ -28,7 +28,7 @@ from driftwise.report.panels import (
 from driftwise.report.validation_page import validation_panel
 from driftwise.results.numbers import SAMPLES, chance, count_of, grouped, interval, lasting, number, plus_minus
 from driftwise.results.sentences import nis_words, predictable_words
-from driftwise.results.stable import is_integrator, swings
+from driftwise.results.stable import is_integrator, runs_away, swings
 
 STATES_SHOWN = 6
 INPUTS_SHOWN = 4
@@ -147,8 +147,10 @@ def _slowest(summary, dt: float, lasting) -> Card:
     size, bar = abs(pole), f"pole {number(abs(pole), 4)} \u00b1 {number(std, 2)}" if isfinite(std) else ""
     if is_integrator(pole, std):
         return Card("Slowest mode", "integrator", bar)
-    if size >= 1:
+    if runs_away(size, std):
         return Card("Slowest mode", "unstable", bar, "bad")
+    if size >= 1:
+        return Card("Slowest mode", "hardly ends", bar)
     if size < 1e-6:
         return Card("Slowest mode", "pure delay")
     period = 2 * pi * dt / abs(atan2(pole.imag, pole.real)) if swings(pole) else 0.0
