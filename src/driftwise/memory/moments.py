@@ -125,16 +125,22 @@ def explained(memory, own, square):
 
 
 @kernel
+def narrowed(moments, row, unit, i):
+    """Return how many times the variance of a jump of parameter i at a moment has become less since."""
+    return 1.0 + LONE * unit[i] * (moments.known[i] - row.known[i])
+
+
+@kernel
 def lessens(moments, row, unit, i):
     """Return by how much a jump of parameter i at a moment lessens the sum of squares since."""
-    wide, v = LONE * unit[i], moments.score[i] - row.score[i]
-    return v * v * wide / (1.0 + wide * (moments.known[i] - row.known[i]))
+    v = moments.score[i] - row.score[i]
+    return v * v * (LONE * unit[i]) / narrowed(moments, row, unit, i)
 
 
 @kernel
 def ratio_of(memory, moments, row, own, unit, i):
     """Return the Bayes factor of a jump of parameter i at a moment against none."""
-    wide = 1.0 + LONE * unit[i] * (moments.known[i] - row.known[i])
+    wide = narrowed(moments, row, unit, i)
     return exp(min(explained(memory, own, lessens(moments, row, unit, i)), HIGHEST)) / math.sqrt(wide)
 
 
@@ -239,7 +245,7 @@ def follow_moment(memory, moments, learner, bank, dense, unit, shift):
             row = moment(moments, r, M)
             if is_quiet(row):
                 w = ratio_of(memory, moments, row, one.own, unit, i) / total
-                spread = LONE * unit[i] / (1.0 + LONE * unit[i] * (moments.known[i] - row.known[i]))
+                spread = LONE * unit[i] / narrowed(moments, row, unit, i)
                 d = spread * (moments.score[i] - row.score[i])
                 less += w * lessens(moments, row, unit, i)
                 shift[i] += w * d

@@ -6,9 +6,9 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from .clock import DAY
 from .column_roles import SECONDS, Name
 
-DAY = 86_400.0  # seconds
 STEPS = (1, 2, 5, 10, 15, 20, 30, 60, 120, 300, 600, 900, 1200, 1800, 3600)  # seconds between rows of a spreadsheet
 UNIX, SPREADSHEET, YEARS = "1970-01-01", "1899-12-30", "0000-01-01"  # where counts begin
 PARTS = (2, 4, 12, 52, 365.25)  # of a year, that rows of statistics packages stand apart

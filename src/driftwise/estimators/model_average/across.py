@@ -37,13 +37,9 @@ def within(mu, reach):
 
 
 @kernel
-def known(mu, claims, w, floor, v):
-    """Fill v, the shares of those who speak by the precision that they claim as well; return the mean they make."""
-    total, mean = 0.0, 0.0
-    for i in range(mu.size):
-        v[i] = w[i] / max(claims[i], floor) if w[i] > 0.0 else 0.0
-        total += v[i]
-    part = 1.0 / total
+def shared(mu, v, total):
+    """Divide v by its total, so that it is shares; return the mean they make."""
+    part, mean = 1.0 / total, 0.0
     for i in range(mu.size):
         v[i] *= part
         if v[i] > 0.0:
@@ -52,18 +48,23 @@ def known(mu, claims, w, floor, v):
 
 
 @kernel
+def known(mu, claims, w, floor, v):
+    """Fill v, the shares of those who speak by the precision that they claim as well; return the mean they make."""
+    total = 0.0
+    for i in range(mu.size):
+        v[i] = w[i] / max(claims[i], floor) if w[i] > 0.0 else 0.0
+        total += v[i]
+    return shared(mu, v, total)
+
+
+@kernel
 def proven(means, claims, weights, ratio, floor, v):
     """Fill v, the shares by what came across gaps before and by precision; return the mean they make."""
-    total, mean = 0.0, 0.0
+    total = 0.0
     for k in range(means.size):
         v[k] = weights[k] / max(ratio[k] * claims[k], floor) if claims[k] > 0.0 else 0.0
         total += v[k]
-    part = 1.0 / total
-    for k in range(means.size):
-        v[k] *= part
-        if v[k] > 0.0:
-            mean += v[k] * means[k]
-    return mean
+    return shared(means, v, total)
 
 
 @kernel
