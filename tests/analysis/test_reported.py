@@ -96,14 +96,38 @@ def test_a_mode_that_is_over_before_it_swings_is_a_decay(found):
     from driftwise.analysis.claims import _mode
     from driftwise.results.stable import is_integrator, swings
 
+    def said(p, std, angle):
+        return " ".join(claim.text for claim in _mode(p, std, angle, found.table))
+
     fast = 0.66 + 0.06j  # half a swing takes 35 samples, after 8 a twentieth is left
-    assert not swings(fast) and _mode(fast, 0.06, found.table).text.startswith(
-        "Time constant 2.43 samples (a pair of poles)"
-    )
+    assert not swings(fast)
+    assert said(fast, 0.06, 0.02).startswith("Time constant 2.43 samples (a pair of poles)")
     slow = 0.9 + 0.2j
-    assert swings(slow) and "dies out with time constant 12.3 samples" in _mode(slow, 0.001, found.table).text
-    assert not is_integrator(0.7173, 0.2) and is_integrator(0.98, 0.02)
-    assert "hardly" not in _mode(0.7 + 0.2j, 0.2, found.table).text, "uncertain, but it is gone in three samples"
+    assert swings(slow)
+    assert "dies out with time constant 12.3 samples" in said(slow, 0.001, 0.001)
+    assert not is_integrator(0.7173, 0.2)
+    assert is_integrator(0.98, 0.02)
+    uncertain = 0.7 + 0.3j  # but it is gone in four samples
+    assert "dies out" in said(uncertain, 0.2, 0.02)
+    assert said(uncertain, 0.2, 0.2) == "", "its period is not known"
+
+
+def test_the_period_of_a_mode_is_told_with_where_it_lies():
+    from driftwise.results.stable import turns
+
+    rng, inside, spreads = np.random.default_rng(6), 0, []
+    for _ in range(60):
+        e = rng.normal(size=700)
+        y = np.zeros(700)
+        for k in range(2, 700):
+            y[k] = 1.7 * y[k - 1] - 0.95 * y[k - 2] + e[k]
+        trace = dw.AR(2).scan(y)
+        model, angle = trace.model(), np.angle(0.85 + 1j * np.sqrt(0.95 - 0.85**2))
+        i = int(np.argmax(np.asarray(model.poles).imag))
+        spreads.append(turns(model, 1.0)[i])
+        inside += abs(np.angle(model.poles[i]) - angle) < 1.96 * spreads[-1]
+    assert 52 <= inside, f"{inside} of 60"  # below at a chance of .008
+    assert np.mean(spreads) < 0.05
 
 
 def test_the_bar_of_a_modulus_is_the_same_everywhere():

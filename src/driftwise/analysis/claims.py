@@ -5,6 +5,7 @@ To claim more: a function from an `Identification` to claims, and its name in `C
 
 from __future__ import annotations
 
+import cmath
 import math
 from collections.abc import Iterator
 from typing import Any
@@ -12,8 +13,8 @@ from typing import Any
 from ..models.quantities import NORMAL_95
 from ..results.claims import Claim
 from ..results.numbers import sentence
-from ..results.sentences import CHANGES_UNKNOWN
-from ..results.stable import NEAR, is_integrator, swings
+from ..results.sentences import CHANGES_UNKNOWN, pole_words
+from ..results.stable import NEAR, is_integrator, runs_away, swings, turns
 from ..tables.table_words import column_claims, table_claims, taken_words
 from . import identification_words as say
 from .change_log import surest
@@ -84,8 +85,12 @@ def _dynamics(found) -> Iterator[Claim]:
     """Claim how the output answers; of a model without inputs, its slowest mode."""
     table, effects = found.table, found.effects
     if not table.inputs:
-        poles = [(p, std) for p, std in found.summary.moduli if abs(p) > FAST and p.imag >= 0]
-        yield from (_mode(p, std, table) for p, std in poles[:1] if found.is_useful and _is_seen(p, std, found))
+        angles = turns(found.summary.model, found.summary.estimator.dt)
+        modes = [
+            (p, std, angle) for (p, std), angle in zip(found.summary.moduli, angles) if abs(p) > FAST and p.imag >= 0
+        ]
+        if modes and found.is_useful and _is_seen(*modes[0][:2], found):
+            yield from _mode(*modes[0], table)
         return
     for name, effect in zip(table.inputs, effects.of):
         answer = effect.step
@@ -99,7 +104,8 @@ def _dynamics(found) -> Iterator[Claim]:
     is_seen = any(effect.step is not None and effect.step.swings for effect in effects.of)
     if is_seen and swing is not None and is_known(swing.interval):
         ends = tuple(table.dt * end for end in swing.interval)
-        text = say.swing_words(table.lasting(table.dt * swing.period), table.lasting(table.dt * swing.time))
+        period, between = table.lasting_between(table.dt * swing.period, *ends)
+        text = say.swing_words(period, between, table.lasting(table.dt * swing.time))
         yield Claim("pole", table.output, text, table.dt * swing.period, ends)
 
 
@@ -110,18 +116,30 @@ def _is_seen(p: complex, std: float, found) -> bool:
     return (is_lasting or is_white) and ((p.real > 0 and not p.imag) or not abs(p) < 2 * std)
 
 
-def _mode(p: complex, std: float, table) -> Claim:
-    """Claim a time constant, or what else a pole means in time."""
+def _mode(p: complex, std: float, angle: float, table) -> Iterator[Claim]:
+    """Claim a time constant, or what else a pole means in time; ``angle`` is the standard deviation of its argument.
+
+    Of an oscillation whose period is not known nothing is claimed.
+    """
     r, dt, output = abs(p), table.dt, table.output
-    if not 0 < r < 1 or (p.real < 0 and not p.imag) or is_integrator(p, std) or swings(p):
-        period = 2 * math.pi * dt / abs(math.atan2(p.imag, p.real)) if swings(p) else None
-        return Claim("pole", output, say.mode_words(p, std, table), period)
+    if swings(p) and not runs_away(r, std) and not is_integrator(p, std):
+        turn = abs(cmath.phase(p))
+        ends = tuple(2 * math.pi * dt / max(turn + side * NORMAL_95 * angle, 1e-12) for side in (1, -1))
+        if is_known(ends):
+            period = 2 * math.pi * dt / turn
+            time = "" if 1 - r <= min(2 * std, NEAR) else table.lasting(-dt / math.log(r))
+            said, between = table.lasting_between(period, *ends)
+            yield Claim("pole", output, say.swing_words(said, between, time), period, ends)
+        return
+    if not 0 < r < 1 or (p.real < 0 and not p.imag) or is_integrator(p, std):
+        yield Claim("pole", output, sentence(pole_words(p, std, dt)))
+        return
     tau, interval = -dt / math.log(r), None
     if math.isfinite(std):
         low, high = (min(max(r + side * NORMAL_95 * std, 1e-9), 1.0) for side in (-1, 1))
         interval = -dt / math.log(low), -dt / math.log(high) if high < 1 else math.inf
     text = say.time_constant_words(tau, interval, table, bool(p.imag))
-    return Claim("time constant", output, text, tau, interval)
+    yield Claim("time constant", output, text, tau, interval)
 
 
 def _gains(found) -> Iterator[Claim]:

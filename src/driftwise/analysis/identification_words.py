@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import cmath
 import math
 
-from ..results.numbers import count_of, listed, sentence
-from ..results.sentences import pole_words
-from ..results.stable import NEAR, is_integrator, runs_away, swings
+from ..results.numbers import count_of, listed
 
 FIRST_GUESSES = "measured outputs are too few to compare models: the numbers are first guesses."
 
@@ -80,20 +77,10 @@ def time_constant_words(tau: float, interval, table, is_pair: bool = False) -> s
     return f"{said}, 95 % interval {end}."
 
 
-def swing_words(period: str, time: str) -> str:
-    """Return how an answer swings, and how long."""
-    return f"Oscillation of period {period} that dies out with time constant {time}."
-
-
-def mode_words(p: complex, std: float, table) -> str:
-    """Return what a pole that does more than decay means in time."""
-    r, dt = abs(p), table.dt
-    if not swings(p) or runs_away(r, std) or is_integrator(p, std):
-        return sentence(pole_words(p, std, dt))
-    period = table.lasting(2 * math.pi * dt / abs(cmath.phase(p)))
-    if 1 - r > min(2 * std, NEAR):
-        return f"Oscillation of period {period} that dies out with time constant {table.lasting(-dt / math.log(r))}."
-    return f"Oscillation of period {period} that hardly dies out."
+def swing_words(period: str, between: str, time: str) -> str:
+    """Return how an answer swings, and how long; ``time`` is empty where it hardly dies out."""
+    end = f"dies out with time constant {time}" if time else "hardly dies out"
+    return f"Oscillation of period {period} (95 % interval {between}) that {end}."
 
 
 def gain_sentence(gain: float, std: float, interval, name: str, bend=None, is_open: bool = False) -> str:

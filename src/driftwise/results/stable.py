@@ -49,6 +49,18 @@ def moduli(model, dt) -> tuple[np.ndarray, np.ndarray]:
     return size, np.sqrt(np.where(np.isfinite(variance), np.maximum(variance, 0.0), math.inf))
 
 
+def turns(model, dt) -> np.ndarray:
+    """Return the standard deviation of the angle of each pole in discrete time, in radians a sample."""
+    poles, C = np.asarray(model.poles), np.asarray(model.poles_covariance)
+    if getattr(model, "is_continuous", False):
+        return dt * np.sqrt(C[:, 1, 1])
+    size = np.abs(poles)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        across = np.column_stack([-poles.imag, poles.real]) / size[:, None] ** 2
+        variance = np.einsum("ia,iab,ib->i", across, C, across)
+    return np.sqrt(np.where(np.isfinite(variance), np.maximum(variance, 0.0), math.inf))
+
+
 def stability(s, level: float) -> Verdict:
     """Return the verdict on the largest pole of a `Summary`'s model: inside the circle at that level, or not."""
     from scipy.special import ndtri
