@@ -65,7 +65,7 @@ class ChangeLog:
         self.samples += len(y) - before
         self.waits = waits(y, u)
         self.visible = self.hindsight.visible() if self.hindsight else None
-        self.growth = self.hindsight.growth if self.hindsight else STEADY
+        self.growth = self.hindsight.growth() if self.hindsight else STEADY
         if self.visible and self.is_held and np.isinf(self.waits).any():  # what inputs do unseen is as loud as before
             self.visible = self.visible._replace(noise=math.inf)
         self._tail = y[-BEFORE:], u[-BEFORE:], time[-BEFORE:]

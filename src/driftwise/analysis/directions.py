@@ -10,7 +10,7 @@ import numpy as np
 
 from ..engine.holding import held
 from ..results.numbers import listed
-from ..tables.autoread import Segments, recognised
+from ..tables.autoread import Segments, asked, recognised
 from ..tables.cleaning import judged
 from ..tables.column_candidates import MOST_INPUTS
 from ..tables.recognise import Reading, Table, worded
@@ -195,7 +195,7 @@ def driven(table: Table, more: dict[str, float]) -> Table:
 
 def read_settled(data, output=None, inputs=None, time=None, chunk_rows=CHUNK_ROWS, head_rows=HEAD_ROWS, dt=None):
     """Return (`Table`, `Segments`) as `tables.autoread.read` does, direction included."""
-    table = open_table(data, chunk_rows, head_rows)
+    table = open_table(data, chunk_rows, head_rows, asked(output, inputs, time))
     found = settled(table, output, inputs, time, dt)
     return found, Segments(table, found)
 

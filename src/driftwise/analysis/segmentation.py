@@ -13,7 +13,7 @@ from .change_search import searched
 from .driven_noise import beside_moves
 from .growing_noise import Growth, growth
 from .lost_inputs import completed
-from .noise_jumps import LEAST, SURE, NoiseJump
+from .noise_jumps import LEAST, SURE
 from .pairs import changes, together
 from .response import Response
 from .response_covariance import covariance, without_end
@@ -57,18 +57,17 @@ class Visible(NamedTuple):
 
 
 class Hindsight(NamedTuple):
-    """The response of a record with all its changes, and the units: those of y and u, the middle of each.
-
-    growth, noises : how the noise grows with the level, and its jumps besides, as the response is scaled
-    """
+    """The response of a record with all its changes, and the units: those of y and u, the middle of each."""
 
     response: Response
     y_scale: float
     y_middle: float
     u_scale: np.ndarray
     u_middle: np.ndarray
-    growth: Growth
-    noises: list[NoiseJump]
+
+    def growth(self) -> Growth:
+        """Return how the noise grows with the level."""
+        return growth(self.response, self.y_middle / self.y_scale)[0]
 
     def jumps(self) -> list[Jump]:
         """Return what jumped, in order of time."""
@@ -89,7 +88,7 @@ class Hindsight(NamedTuple):
             if where.log_odds > TOLD[GAIN] and is_sudden(now, "gains", j, where):
                 told = Jump(where.middle, where.interval, where.log_odds, GAIN, i, before, after)
                 found.append(told.as_factor() if endless[i] else told)
-        for jump in self.noises:
+        for jump in growth(now, self.y_middle / self.y_scale)[1]:
             sizes = jump.before * self.y_scale, jump.after * self.y_scale
             found.append(Jump(jump.at, jump.interval, jump.log_odds, NOISE, 0, *sizes))
         seen = np.flatnonzero(np.isfinite(now.record.y))
@@ -175,7 +174,4 @@ def hindsight(y, *readings) -> Hindsight | None:
     least = [min((one.dated_criterion for one in found), default=math.inf) for found, _ in begun]
     found, units = begun[int(np.argmin(least))]
     searches = [searched(one) for one in found]
-    if not searches:
-        return None
-    now, (y_scale, y_middle, *_) = grown(min(searches, key=lambda one: one.dated_criterion)), units
-    return Hindsight(now, *units, *growth(now, y_middle / y_scale))
+    return Hindsight(grown(min(searches, key=lambda one: one.dated_criterion)), *units) if searches else None

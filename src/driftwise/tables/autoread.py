@@ -8,6 +8,8 @@ from typing import Any
 from driftwise.engine.errors import InputError
 from driftwise.tables.table import CHUNK_ROWS, HEAD_ROWS, OpenTable, open_table
 
+SHARED = 0.2  # of the rows, that have the stamp of the one before, from which on rows may be of several recordings
+
 
 class Segments:
     """Iterates over (time (T,), y (T,), u (T, k)), NaN where missing, cleaned and on a regular clock.
@@ -135,9 +137,15 @@ def read(data, output=None, inputs=None, time=None, chunk_rows: int = CHUNK_ROWS
     >>> sum(len(y) for time, y, u in segments)
     100
     """
-    table = open_table(data, chunk_rows, head_rows)
+    table = open_table(data, chunk_rows, head_rows, asked(output, inputs, time))
     found = recognised(table, output, inputs, time, dt)
     return found, Segments(table, found)
+
+
+def asked(output=None, inputs=None, time=None) -> list[str]:
+    """Return the names of the columns that somebody asked for."""
+    inputs = [inputs] if isinstance(inputs, str) else inputs or ()
+    return [name for name in (output, time, *inputs) if name is not None]
 
 
 def recognised(table: OpenTable, output=None, inputs=None, time=None, dt=None) -> Any:
@@ -155,19 +163,26 @@ def recognised(table: OpenTable, output=None, inputs=None, time=None, dt=None) -
             part = "time" if output == time else "input"
             raise InputError(f"column {output!r} is asked for as output and as {part}; it can be one of them only.")
         stamps = [name for name, kind in table.kinds.items() if kind == "stamp"]
-        turned = _turned(table, time, stamps)
-        head = {name: column for name, column in table.head.items() if name != table.time_of_day or name == time}
-        found = recognise(head, output, inputs, time, table.source.units, stamps, table.tens, table.beyond)
+        _turn(table, time, stamps)
+        how = time, table.source.units, stamps, table.tens, table.beyond
+        found = recognise(_head(table, time), output, inputs, *how)
+        if found.sampling.duplicates > SHARED * found.rows and table.keep_one(found.time, asked(output, inputs)):
+            found = recognise(_head(table, time), output, inputs, *how)
         found = found if dt is None else on_clock(found, dt)
         if again := found.sampling.restarts:
             found = worded(replace(found, stacked=table.recordings(again + 1)))
-        return replace(found, notes=(*turned, *found.notes))
+        return worded(replace(found, otherwise=tuple(table.otherwise)))
     except InputError as error:
         raise InputError(f"{table.title}: {error}") from None
 
 
-def _turned(table: OpenTable, time, stamps) -> list[str]:
-    """Turn a table round whose newest row comes first; return what was done, in words."""
+def _head(table: OpenTable, time) -> dict[str, Any]:
+    """Return the first rows of all columns but of that of times of day, which that of dates takes in."""
+    return {name: column for name, column in table.head.items() if name != table.time_of_day or name == time}
+
+
+def _turn(table: OpenTable, time, stamps) -> None:
+    """Turn a table round whose newest row comes first."""
     import numpy as np
 
     from driftwise.tables.column_roles import parse
@@ -180,5 +195,4 @@ def _turned(table: OpenTable, time, stamps) -> list[str]:
         steps = np.diff(values[np.isfinite(values)])
         if len(steps) > 1 and np.mean(steps < 0) > 0.9:
             table.turn(name)
-            return [f"{name!r} runs backwards, the newest row first: the rows were turned round."]
-    return []
+            return

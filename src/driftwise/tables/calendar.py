@@ -14,6 +14,7 @@ from .cells import NAT
 PARTS = {
     "year": ("year yr yyyy jahr annee ano anno jaar rok", 1500, 2200),
     "month": ("month mo mon mm monat mois mes mese maand miesiac manad", 1, 12),
+    "quarter": ("quarter qtr quartal trimestre trimester kwartal kwartaal kvartal", 1, 4),
     "day": ("day dd tag jour dia giorno dag dzien mday dom dayofmonth", 1, 31),
     "day of year": ("doy jday yday julian juliandate julianday dayofyear yearday dyear", 1, 366),
     "hour": ("hour hr hh stunde heure hora ora uur godzina timme", 0, 24),
@@ -21,6 +22,8 @@ PARTS = {
     "second": ("second sec ss sekunde seconde segundo secondo sekunda", 0, 60),
     "hours and minutes": ("hhmm hourminute", 0, 2400),
 }
+# How the day of a year is told, the finest first; where only its month or quarter is, no hour is.
+WAYS: tuple[tuple[str, ...], ...] = (("day of year",), ("month", "day"), ("month",), ("quarter",), ())
 LATE = 0.02  # share of the rows that may go back
 
 
@@ -45,12 +48,9 @@ def calendar_of(columns: Mapping[str, Any]) -> dict[str, str]:
             return {}
     if "year" not in found:
         return {}
-    if "day of year" in found:
-        found = {part: name for part, name in found.items() if part not in ("month", "day")}
-    elif "month" not in found:
-        found = {"year": found["year"]}
-    elif "day" not in found:
-        found = {"year": found["year"], "month": found["month"]}
+    way = next(way for way in WAYS if found.keys() >= set(way))
+    finer = ("hour", "minute", "second", "hours and minutes") if way in WAYS[:2] else ()
+    found = {part: name for part, name in found.items() if part in ("year", *way, *finer)}
     if "hours and minutes" in found:
         found = {part: name for part, name in found.items() if part not in ("hour", "minute")}
     steps = np.diff(joined({part: columns[name] for part, name in found.items()}).astype(float))
@@ -91,7 +91,8 @@ def joined(parts: Mapping[str, Any]):
     if "day of year" in parts:
         days = first.astype("datetime64[D]") + (whole("day of year", 1) - 1)
     else:
-        days = (first.astype("datetime64[M]") + (whole("month", 1) - 1)).astype("datetime64[D]") + (whole("day", 1) - 1)
+        month = 3 * whole("quarter", 1) - 2 if "quarter" in parts else whole("month", 1)
+        days = (first.astype("datetime64[M]") + (month - 1)).astype("datetime64[D]") + (whole("day", 1) - 1)
     seconds = 3600 * whole("hour", 0) + 60 * whole("minute", 0) + whole("second", 0)
     if "hours and minutes" in parts:
         clock = whole("hours and minutes", 0)

@@ -5,11 +5,19 @@ from __future__ import annotations
 import re
 
 MONTHS = (
-    "jan|janv|ene|gen|sty|january|januar", "feb|fev|febr|lut|february|februar", "mar|mars|mrz|mrt|maerz|march|marz",
-    "apr|avr|abr|kwi|april", "may|mai|maj|mei|mag|mayo", "jun|juin|giu|cze|june|juni", "jul|juil|lug|lip|july|juli",
-    "aug|aout|ago|sie|august", "sep|sept|set|wrz|september", "oct|okt|ott|out|paz|october|oktober",
-    "nov|lis|november", "dec|dez|dic|gru|december|dezember",
-)  # fmt: skip
+    "jan|janv|ene|gen|sty|january|januar|janvier|enero|gennaio|januari|janeiro",
+    "feb|fev|febr|fevr|lut|february|februar|fevrier|febrero|febbraio|februari|fevereiro",
+    "mar|mars|mrz|mrt|maerz|march|marz|marzo|maart|marco",
+    "apr|avr|abr|kwi|april|avril|abril|aprile",
+    "may|mai|maj|mei|mag|mayo|maggio|maio",
+    "jun|juin|giu|cze|june|juni|junio|giugno|junho",
+    "jul|juil|lug|lip|july|juli|juillet|julio|luglio|julho",
+    "aug|aout|ago|sie|august|agosto|augustus",
+    "sep|sept|set|wrz|september|septembre|septiembre|settembre|setembro",
+    "oct|okt|ott|out|paz|october|oktober|octobre|octubre|ottobre|outubro",
+    "nov|lis|november|novembre|noviembre|novembro",
+    "dec|dez|dic|gru|december|dezember|decembre|diciembre|dicembre|dezembro",
+)
 NAMED = "|".join(MONTHS)
 TIME = r"[T :]+\d\d?:\d\d(:\d\d([.,]\d+)?)?\s*([AaPp]\.?[Mm]\.?)?\s*(Z|UTC|GMT|[+-]\d\d:?(\d\d)?)?"
 CENTURY = 978_307_200, 4_102_444_800  # seconds since 1970 of 2001 and of 2100
@@ -20,7 +28,7 @@ COMPACT = r"(1[89]|20)\d\d(0[1-9]|1[0-2])(0[1-9]|[12]\d|3[01])"  # 20180131
 DATES = (
     r"\d{4}-\d\d?-\d\d?", r"\d{4}/\d\d?/\d\d?", r"\d{4}\.\d\d?\.\d\d?",
     r"\d\d?\.\d\d?\.(\d{4}|\d\d)", r"\d\d?/\d\d?/(\d{4}|\d\d)", r"\d\d?[ -]\d\d?[ -]\d{4}", r"\d{4} \d\d? \d\d?",
-    rf"\d\d?[- /.]?({NAMED})\.?[- /,]?\s?(\d{{4}}|\d\d)", rf"({NAMED})\.? \d\d?,? \d{{4}}",
+    rf"\d\d?[- /.]?({NAMED})\.?[- /,]?\s?(\d{{4}}|\d\d)", rf"({NAMED})\.?[- /]\d\d?,?[- /]\d{{4}}",
     rf"\d{{4}}[- ]({NAMED})[- ]\d\d?",
 )  # fmt: skip
 # Months and quarters: no time of day follows.
@@ -122,7 +130,7 @@ _NAMED = [
     for pair in (
         (rf"(?i)^(\d\d?)[- /.]?({names})\.?[- /,]?\s?(\d{{4}})", rf"\3-{number:02d}-\1"),
         (rf"(?i)^(\d\d?)[- /.]?({names})\.?[- /,]?\s?(\d\d)([^\d]|$)", rf"20\3-{number:02d}-\1\4"),
-        (rf"(?i)^({names})\.? (\d\d?),? (\d{{4}})", rf"\3-{number:02d}-\2"),
+        (rf"(?i)^({names})\.?[- /](\d\d?),?[- /](\d{{4}})", rf"\3-{number:02d}-\2"),
         (rf"(?i)^(\d{{4}})[- ]({names})[- ](\d\d?)", rf"\1-{number:02d}-\3"),
         (rf"(?i)^({names})\.?[- /]?(\d{{4}})$", rf"\2-{number:02d}-01"),
         (rf"(?i)^(\d{{4}})[- ]?({names})$", rf"\1-{number:02d}-01"),

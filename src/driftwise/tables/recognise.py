@@ -80,6 +80,7 @@ class Table:
     rows : rows that were looked at
     given : the parts that the caller gave
     stacked : the column that tells recordings apart that stand one below the other, None where there is none
+    otherwise : how its rows are read, where that is not as they stand; a sentence each
     rivals : columns that may be the output as well, as far as their names go; () where names decide
     alternatives : `Reading` of each that the evidence leaves open, the likelier first; () where it decides
     notes : what an engineer should know, a sentence each
@@ -96,6 +97,7 @@ class Table:
     rows: int
     given: frozenset[str] = frozenset()
     stacked: str | None = None
+    otherwise: tuple[str, ...] = ()
     rivals: tuple[str, ...] = ()
     alternatives: tuple[Reading, ...] = ()
     notes: tuple[str, ...] = ()
@@ -216,7 +218,7 @@ def recognise(
     barred |= {name: ("duplicate" if is_copy(reason) else "computed", reason) for name, reason in why.items()}
     barred = {name: bar for name, bar in barred.items() if name not in wanted}
     for stamp in stamps:
-        barred[stamp] = ("counter", "a second clock")
+        barred[stamp] = ("counter", "a second clock" if time else "dates that go back as often")
     free = [name for name in clean if name != time and not barred.get(name)]
     chosen = "given"
     rivals: tuple[str, ...] = ()

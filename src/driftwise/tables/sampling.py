@@ -12,6 +12,9 @@ LATE = 5  # steps that a stamp may go back and still be a row that came late
 GAPS = {"regular": 1.75, "uneven": 2.5}  # a step longer than this many usual steps lost samples
 UNEQUAL = 1e-3  # of a step, by which the usual one may be off the mean: months have 30.4 days, the most of them 31
 ROUNDING = 0.02  # of a tick, by which stamps may be off
+DAY = 86_400.0  # seconds
+WEEKS = 20  # rows, four weeks, below which it is not known that a week rests
+RESTING = 0.01  # share of the rows, that the two days have at most on which a week rests
 DENSEST = 6  # rows of the regular clock per row of the file, at most
 
 
@@ -24,6 +27,7 @@ class Sampling(NamedTuple):
     gaps, longest : how many steps lost samples, restarts aside, and the longest of all steps
     duplicates, late, restarts : stamps that repeat the one before, come after later ones, and start again
     low, high : 5 and 95 % quantile of the steps
+    rest : stamp at which one of the weekends begins that a clock of working days leaves out, None for any other clock
     """
 
     kind: str
@@ -35,6 +39,7 @@ class Sampling(NamedTuple):
     restarts: int = 0
     low: float = 0.0
     high: float = 0.0
+    rest: float | None = None
 
 
 def judge_sampling(time) -> Sampling:
@@ -51,6 +56,9 @@ def judge_sampling(time) -> Sampling:
     if not forward.size:
         return Sampling("none", 1.0)
     dt = float(f"{np.median(forward):.9g}")
+    rest = resting(time, dt)
+    forward = np.diff(worked(time[np.isfinite(time)], rest))
+    forward = forward[forward > 0]
     ratio = forward / dt
     whole = np.round(ratio)
     low, high = np.quantile(forward, [0.05, 0.95])
@@ -83,7 +91,33 @@ def judge_sampling(time) -> Sampling:
         restarts,
         float(low),
         float(high),
+        rest,
     )
+
+
+def resting(time, dt: float) -> float | None:
+    """Return when one of the weekends begins on which a clock (T,) of days has no rows, None where it has them all.
+
+    >>> days = np.flatnonzero(np.arange(70) % 7 < 5) * DAY
+    >>> resting(days, DAY) / DAY, worked(days, 5 * DAY)[:8] / DAY
+    (5.0, array([0., 1., 2., 3., 4., 5., 6., 7.]))
+    """
+    stamps = time[np.isfinite(time)]
+    if abs(dt - DAY) > 1.0 or len(stamps) < WEEKS:
+        return None
+    share = np.bincount(np.floor((stamps - stamps[0]) / DAY).astype(int) % 7, minlength=7) / len(stamps)
+    both = share + np.roll(share, -1)
+    first = int(np.argmin(both))
+    is_whole = np.sort(share)[2] > 0.5 / 7  # the five others have theirs
+    return float(stamps[0] + DAY * first) if both[first] <= RESTING and is_whole else None
+
+
+def worked(time, rest: float | None):
+    """Return stamps without the weekends before them; as they are where ``rest`` is None."""
+    if rest is None:
+        return time
+    weeks, inside = np.divmod(time - rest, 7 * DAY)
+    return time - 2 * DAY * weeks - np.minimum(inside, 2 * DAY)
 
 
 def divisor(steps, least: float) -> float:
@@ -223,8 +257,9 @@ class Regular:
     def _fill(self, before, time, values, rows):
         if not time.size:
             return time, values, rows
-        steps = np.diff(time, prepend=before if np.isfinite(before) else time[0])
-        lost = self._lost(steps)
+        joined = np.concatenate(([before if np.isfinite(before) else time[0]], time))
+        steps = np.diff(joined)
+        lost = self._lost(np.diff(worked(joined, self.sampling.rest)))
         if not lost.any():
             return time, values, rows
         at = np.arange(time.size) + np.cumsum(lost)

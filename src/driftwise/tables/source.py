@@ -26,6 +26,7 @@ class Source:
     rows : how many, None where only reading to the end can tell
     size, position : how much there is, None for a pipe, and how much of it was read; bytes or rows
     ragged : rows so far with too many or too few cells
+    notes : how it is read, where that is not as it stands; a sentence each
     """
 
     title = "the table"
@@ -34,6 +35,7 @@ class Source:
     rows: int | None = None
     size: int | None = None
     position = ragged = 0
+    notes: tuple[str, ...] = ()
 
     def __init__(self):
         self.units: dict[str, str] = {}

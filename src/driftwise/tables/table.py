@@ -6,6 +6,7 @@ useless is found before its first chunk is handed over, and raised as `InputErro
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import chain
@@ -19,6 +20,7 @@ from driftwise.tables.cells import are_beyond, converted, in_tens, kind_of, numb
 from driftwise.tables.cleaning import codes_in
 from driftwise.tables.clock import DAY, Clock, TimeOfDay
 from driftwise.tables.parts import source_of
+from driftwise.tables.reshaped import Kept, unrolled
 from driftwise.tables.source import Source, resolve_all, title_of
 
 CHUNK_ROWS = 65_536
@@ -278,6 +280,7 @@ class OpenTable:
     time_of_day : the column of times of day that the column of dates takes in, None where there is none
     tens : power of ten that a column is counted in, where its numbers are very large or very small
     bad : cells so far that were no finite number, per column of numbers that was read
+    otherwise : how its rows are read, where that is not as they stand; a sentence each
     """
 
     def __init__(self, title: str, source: Source, chunk_rows: int = CHUNK_ROWS, head_rows: int = HEAD_ROWS):
@@ -289,6 +292,7 @@ class OpenTable:
         self.time_of_day: str | None = None
         self._date: str | None = None  # the column of dates that takes them in
         self.calendar: dict[str, str] = {}
+        self.otherwise = list(source.notes)
         self._is_turned = False
         first = source.look(head_rows)
         if not first:
@@ -313,12 +317,41 @@ class OpenTable:
 
     def recordings(self, count: int) -> str | None:
         """Return the column that tells ``count`` recordings apart, one below the other; None where there is none."""
-        for name, parts in self._first.items():
-            cells = [cell for part in parts for cell in part.to_pylist()] if self.kinds[name] != "stamp" else []
+        for name in self._first:
+            cells = self._texts(name) if self.kinds[name] != "stamp" else []
             begins = [cell for k, cell in enumerate(cells) if not k or cell != cells[k - 1]]
             if len(begins) == len(set(begins)) == count:
                 return name
         return None
+
+    def keep_one(self, clock: str | None, but=()) -> bool:
+        """Keep the rows of the first of several recordings that share their stamps; whether a column names them.
+
+        It tells the rows of each stamp apart, by few names all along, and is none of ``but``.
+        """
+        stamps = self._texts(clock) if clock is not None else []
+        most = max(Counter(stamps).values(), default=0)
+        for name in [one for one in self._first if one not in but and self.kinds[one] != "stamp"]:
+            cells = self._texts(name)
+            many = len(set(cells))
+            if 1 < many <= most and len(set(zip(stamps, cells))) == len(cells):
+                self._keep(name, cells, many)
+                return True
+        return False
+
+    def _keep(self, name: str, cells: list[Any], many: int) -> None:
+        first = cells[-1 if self._is_turned else 0]
+        self.source = Kept(self.source, name, first)
+        kept = [cell == first for cell in cells][:: -1 if self._is_turned else 1]
+        self.head = {n: None if values is None else values[kept[: len(values)]] for n, values in self.head.items()}
+        self.otherwise.append(
+            f"{name!r} names {many} recordings that share their stamps, and the first of them, "
+            f"{str(first).removesuffix('.0')}, is read: keep the rows of another to learn of that one."
+        )
+
+    def _texts(self, name: str) -> list[Any]:
+        """Return the cells of the first rows of a column as they stand."""
+        return [cell for part in self._first[name] for cell in part.to_pylist()]
 
     def moment(self, name: str | None, option: str, said: float | str, is_end: bool = False) -> float:
         """Return the time of a column that an option says, as `moment` does."""
@@ -356,6 +389,7 @@ class OpenTable:
                 "sort its rows by time and save it again."
             )
         self._is_turned = True
+        self.otherwise.append(f"{clock!r} runs backwards, the newest row first: the rows were turned round.")
         self.head = {name: None if column is None else column[::-1] for name, column in self.head.items()}
 
     def _pair(self, arrays) -> None:
@@ -411,7 +445,7 @@ class OpenTable:
             yield columns
 
 
-def open_table(data, chunk_rows: int = CHUNK_ROWS, head_rows: int = HEAD_ROWS) -> OpenTable:
+def open_table(data, chunk_rows: int = CHUNK_ROWS, head_rows: int = HEAD_ROWS, named=()) -> OpenTable:
     """Open a whole table: a CSV or Parquet file, a data frame, or a mapping from column name to array.
 
     Parameters
@@ -419,6 +453,7 @@ def open_table(data, chunk_rows: int = CHUNK_ROWS, head_rows: int = HEAD_ROWS) -
     data : file name ("-" for CSV on standard input), data frame (through narwhals) or mapping
     chunk_rows : rows of a chunk
     head_rows : rows of the first look
+    named : columns that somebody asked for; without one of them, months side by side are read as one column
 
     Examples
     --------
@@ -430,7 +465,7 @@ def open_table(data, chunk_rows: int = CHUNK_ROWS, head_rows: int = HEAD_ROWS) -
     """
     what = "the mapping" if isinstance(data, Mapping) else "the data frame"
     title = title_of(data) if isinstance(data, str | Path) else what
-    source = source_of(data)
+    source = unrolled(source_of(data), named)
     if len(source.names) > MOST_COLUMNS:
         raise InputError(
             f"{title}: of more than {MOST_COLUMNS} columns it is not found out what they are, and there are "

@@ -90,7 +90,8 @@ def notes_of(table: Any) -> list[str]:
 
 def table_claims(table: Any) -> list[Claim]:
     """Return what is odd in the table."""
-    return [*_sampling_notes(table), *_value_notes(table)]
+    otherwise = [Claim("table", "rows", said) for said in table.otherwise]
+    return [*otherwise, *_sampling_notes(table), *_value_notes(table)]
 
 
 def _sampling_notes(table: Any) -> list[Claim]:
@@ -102,6 +103,8 @@ def _sampling_notes(table: Any) -> list[Claim]:
 
     if table.count.origin == SPREADSHEET:
         add(f"{table.time!r} is taken for days since 1900, as a spreadsheet counts them.")
+    if s.rest is not None:
+        add(f"{table.time!r} leaves out two days of each week: a sample is a working day, and spans count these alone.")
     if s.kind == "uneven":
         add(
             f"{table.time!r} steps unevenly, {s.low:.3g} to {s.high:.3g}{unit}: samples are taken as {s.dt:.4g}{unit} "

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 WORDS = {
     "time": "time timestamp stamp ts date datetime elapsed epoch t clock zeit ~zeitstempel datum uhrzeit ~zeitpunkt "
-    "temps horodatage heure fecha hora tiempo tempo data orario tijd tijdstip czas godzina tid tidpunkt dato "
+    "temps horodatage heure fecha hora tiempo tempo orario tijd tijdstip czas godzina tid tidpunkt dato "
     "klokkeslett",
     "calendar": "year yr yyyy month mo mon day dd doy jday julian yday dayofyear hour hr hh hhmm minute mn second "
     "sec seconds weekday week quarter dow jahr monat tag stunde annee mois jour ano mes dia anno mese giorno ora jaar "

@@ -1,0 +1,110 @@
+"""Tables that do not stand as they are read: years by months, recordings that share their stamps, weeks that rest."""
+
+import numpy as np
+import pytest
+
+import driftwise as dw
+from driftwise.tables.autoread import read
+from driftwise.tables.sampling import DAY
+
+MONTHS = "JAN FEB MAR APR MAY JUN JUL AUG SEP OCT NOV DEC".split()
+
+
+def lines(tmp_path, *rows):
+    file = tmp_path / "table.csv"
+    file.write_text("\n".join(rows) + "\n")
+    return file
+
+
+def by_years(tmp_path, names=MONTHS, first="Year"):
+    y = np.round(np.random.default_rng(3).normal(20, 3, (40, 12)), 2)
+    rows = [f"{1960 + k},{','.join(map(str, row))},{row.mean():.2f}" for k, row in enumerate(y)]
+    return lines(tmp_path, f"{first},{','.join(names)},Annual", *rows), y
+
+
+@pytest.mark.parametrize(
+    "names, first", [(MONTHS, "Year"), ("Janv Févr Mars Avr Mai Juin Juil Août Sept Oct Nov Déc".split(), "Année")]
+)
+def test_years_by_months_are_one_column(tmp_path, names, first):
+    file, y = by_years(tmp_path, names, first)
+    table, segments = read(file)
+    time, value, _ = map(np.concatenate, zip(*segments))
+    assert (table.output, table.time, table.inputs) == ("value", first, ())
+    assert np.array_equal(value, y.ravel())
+    assert np.all(np.diff(time) >= 28 * DAY) and np.all(np.diff(time) <= 31 * DAY)
+    assert "the months of a year side by side" in table.notes[0] and "'Annual'" in table.notes[0]
+
+
+def test_a_month_that_is_asked_for_stays_a_column_of_years(tmp_path):
+    file, y = by_years(tmp_path)
+    _, segments = read(file, output="JAN", inputs=())
+    assert np.array_equal(np.concatenate([part[1] for part in segments]), y[:, 0])
+
+
+def test_of_recordings_that_share_their_stamps_the_first_is_read(tmp_path):
+    rng = np.random.default_rng(4)
+    y = 100 * np.arange(5) + rng.normal(size=(60, 5)).cumsum(axis=0)
+    rows = [f"{t},{one + 7},{y[t, one]:.3f}" for t in range(60) for one in range(5)]
+    table, segments = read(lines(tmp_path, "time,pen,weight", *rows))
+    assert table.output == "weight"
+    assert np.concatenate([part[1] for part in segments]) == pytest.approx(y[:, 0], abs=1e-3)
+    assert table.notes[0].startswith("'pen' names 5 recordings that share their stamps, and the first of them, 7, is")
+
+
+def test_the_note_of_rows_turned_round_is_told(tmp_path):
+    y = np.random.default_rng(5).normal(size=80).cumsum()
+    rows = [f"{79 - k},{y[79 - k]:.3f}" for k in range(80)]
+    found = dw.identify(str(lines(tmp_path, "time,level", *rows)))
+    assert "the rows were turned round" in found.notes[0]
+
+
+def test_year_and_quarter_are_a_clock(tmp_path):
+    y = np.random.default_rng(6).normal(size=60)
+    table, segments = read(
+        lines(tmp_path, "year,quarter,rate", *(f"{1990 + k // 4},{k % 4 + 1},{v}" for k, v in enumerate(y)))
+    )
+    assert (table.time, table.output, segments.origin) == ("year", "rate", "1990-01-01T00:00:00")
+    assert table.step == "every 91.3 d"
+
+
+@pytest.mark.parametrize("form", ["%b-%d-%Y", "%B/%d/%Y", "%b %d, %Y"])
+def test_months_by_name_before_the_day(tmp_path, form):
+    from datetime import date, timedelta
+
+    days = [date(2021, 1, 1) + timedelta(k) for k in range(60)]
+    y = np.random.default_rng(7).normal(size=60)
+    rows = [f'"{day.strftime(form)}",{v:.4f}' for day, v in zip(days, y)]
+    table, segments = read(lines(tmp_path, "when,flow", *rows))
+    assert (table.time, table.step, segments.origin) == ("when", "every 1 d", "2021-01-01T00:00:00")
+
+
+def test_a_column_called_data_is_no_calendar(tmp_path):
+    y = np.random.default_rng(8).normal(size=80)
+    assert read(lines(tmp_path, "data,label", *(f"{v:.4f},0" for v in y)))[0].output == "data"
+
+
+def test_data_of_dates_is_a_clock(tmp_path):
+    y = np.random.default_rng(8).normal(size=28)
+    table, _ = read(lines(tmp_path, "data,portata", *(f"{k + 1:02d}/02/2021,{v:.4f}" for k, v in enumerate(y))))
+    assert (table.time, table.output) == ("data", "portata")
+
+
+@pytest.mark.parametrize("rest", [(5, 6), (4, 5)])
+def test_a_week_that_rests_has_no_gaps(tmp_path, rest):
+    days = np.datetime64("2020-01-06") + np.arange(140)  # a Monday
+    days = days[~np.isin(np.arange(140) % 7, rest)]
+    holiday = 33
+    days = np.delete(days, holiday)
+    y = np.random.default_rng(9).normal(size=len(days))
+    table, segments = read(lines(tmp_path, "date,price", *(f"{d},{v:.4f}" for d, v in zip(days, y))))
+    time, value, _ = map(np.concatenate, zip(*segments))
+    assert table.sampling.gaps == 1 and np.flatnonzero(np.isnan(value)).tolist() == [holiday]
+    assert np.array_equal(time[~np.isnan(value)], (days - days[0]).astype(float) * DAY)
+    assert "a sample is a working day" in table.notes[0]
+
+
+def test_a_week_without_rest_is_as_it_was(tmp_path):
+    days = np.datetime64("2020-01-06") + np.arange(140)
+    days = np.delete(days, np.flatnonzero(np.arange(140) % 7 == 6))  # six days a week: one is missing
+    table, _ = read(lines(tmp_path, "date,price", *(f"{d},{k % 9}.5" for k, d in enumerate(days))))
+    assert table.sampling.rest is None and table.sampling.gaps == 20 - 1
