@@ -78,5 +78,5 @@ def test_a_column_that_names_recordings_one_below_the_other_is_told(names, told)
     y, u = stepped(600, 450)
     stamps = [str(day) for day in np.datetime64("2020-01-01") + np.arange(300)]
     table = read({"roof": names, "date": stamps + stamps, "valve": u, "level": y})[0]
-    assert table.stacked == ("roof" if told else None)
+    assert table.stacked == (("roof",) if told else ())
     assert any("'roof' names 2 recordings, one below the other" in note for note in table.notes) == told

@@ -108,3 +108,63 @@ def test_a_week_without_rest_is_as_it_was(tmp_path):
     days = np.delete(days, np.flatnonzero(np.arange(140) % 7 == 6))  # six days a week: one is missing
     table, _ = read(lines(tmp_path, "date,price", *(f"{d},{k % 9}.5" for k, d in enumerate(days))))
     assert table.sampling.rest is None and table.sampling.gaps == 20 - 1
+
+
+def test_marks_of_months_are_no_values(tmp_path):
+    rng = np.random.default_rng(10)
+    rows = [
+        f"{1990 + k // 12},{k % 12 + 1},{','.join('1' if k % 12 == j else '0' for j in range(12))},{v:.3f}"
+        for k, v in enumerate(rng.normal(size=120).cumsum())
+    ]
+    table, _ = read(lines(tmp_path, f"year,month,{','.join(MONTHS)},sales", *rows))
+    assert (table.output, table.time, table.step) == ("sales", "year", "every 30.4 d")
+
+
+def test_a_panel_has_the_clock_of_its_years(tmp_path):
+    y = np.random.default_rng(11).normal(size=(12, 9)).cumsum(axis=1)
+    rows = [f"{c},{'ab'[s]},{1990 + t},{y[6 * s + c, t]:.4f}" for s in range(2) for c in range(6) for t in range(9)]
+    table, segments = read(lines(tmp_path, "county,state,year,rate", *rows))
+    time, value, _ = map(np.concatenate, zip(*segments))
+    assert (table.time, table.output, table.sampling.restarts) == ("year", "rate", 11)
+    assert np.array_equal(value[np.isfinite(value)], np.round(y.ravel(), 4))
+    assert np.isnan(value).sum() == 11 * 20 and np.all(np.diff(time) > 0)
+    assert "'county' and 'state' name 12 recordings, one below the other" in " ".join(table.notes)
+
+
+def test_years_in_no_order_are_no_clock(tmp_path):
+    rng = np.random.default_rng(12)
+    rows = [f"{year},{v:.3f}" for year, v in zip(rng.permutation(np.arange(1900, 1980)), rng.normal(size=80))]
+    table, _ = read(lines(tmp_path, "year,rate", *rows))
+    assert table.time is None and table.output == "rate"
+
+
+@pytest.mark.parametrize(
+    "years, step", [(np.arange(1950, 2000), "every 365 d"), (np.arange(50), "clock 'time', unit unknown")]
+)
+def test_whole_numbers_of_this_age_are_years(years, step):
+    y = np.random.default_rng(13).normal(size=50)
+    assert read({"time": years.astype(float), "value": y})[0].step == step
+
+
+@pytest.mark.parametrize(
+    "name, values",
+    [
+        ("rownames", np.random.default_rng(14).permutation(60) + 1.0),
+        ("column1", np.random.default_rng(17).integers(1, 6, 60).cumsum() * 1.0),
+    ],
+)
+def test_the_index_of_rows_that_were_picked_is_no_signal(name, values):
+    y = np.random.default_rng(15).normal(size=60).cumsum()
+    table, _ = read({name: values, "rate": y})
+    assert (table.output, table.inputs, table.time) == ("rate", (), None)
+
+
+def test_a_class_that_is_measured_is_no_mark():
+    a, b = 20 + np.random.default_rng(16).normal(size=(2, 90)).cumsum(axis=1)
+    assert read({"First.Class": a, "label": np.round(b) % 3})[0].output == "First.Class"
+
+
+def test_a_capital_t_before_a_word_is_no_time():
+    from driftwise.tables.column_roles import parse
+
+    assert [("time" in parse(name).kinds) for name in ("TVadverts", "TSup", "t", "Time")] == [False, False, True, True]

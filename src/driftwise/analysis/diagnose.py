@@ -276,5 +276,7 @@ def saturation(y) -> list[Verdict]:
     where = " and ".join(f"{at:.6g}" for _, at in piled)
     is_fine = share <= STUCK
     advice = f"outputs stay at {where}"
-    more = ", the end of their range: mark saturated samples as missing (NaN), or the gain comes out too small"
+    more = (
+        ", the end of their range: where the sensor ends there, mark them as missing (NaN), or gains come out too small"
+    )
     return [Verdict("saturation", share, (0.0, STUCK), is_fine, advice + more * (not is_fine))]

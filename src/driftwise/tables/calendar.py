@@ -24,6 +24,7 @@ PARTS = {
 }
 # How the day of a year is told, the finest first; where only its month or quarter is, no hour is.
 WAYS: tuple[tuple[str, ...], ...] = (("day of year",), ("month", "day"), ("month",), ("quarter",), ())
+SHORTEST = 0.34  # recordings of three rows, one below the other
 LATE = 0.02  # share of the rows that may go back
 
 
@@ -53,10 +54,25 @@ def calendar_of(columns: Mapping[str, Any]) -> dict[str, str]:
     found = {part: name for part, name in found.items() if part in ("year", *way, *finer)}
     if "hours and minutes" in found:
         found = {part: name for part, name in found.items() if part not in ("hour", "minute")}
-    steps = np.diff(joined({part: columns[name] for part, name in found.items()}).astype(float))
-    if not steps.size or np.mean(steps < 0) > LATE or np.mean(steps > 0) < 0.5:
+    stamps = joined({part: columns[name] for part, name in found.items()}).astype(float)
+    steps = np.diff(stamps)
+    if not steps.size or np.mean(steps > 0) < 0.5 or (np.mean(steps < 0) > LATE and not starts_over(stamps)):
         return {}
     return found
+
+
+def starts_over(stamps) -> bool:
+    """Whether stamps (T,) that go back begin anew each time, as those of short recordings one below the other.
+
+    >>> starts_over(np.tile([1990.0, 1991, 1992, 1993], 5)), starts_over(np.array([3.0, 1, 4, 1, 5, 9, 2, 6]))
+    (True, False)
+    """
+    stamps = stamps[np.isfinite(stamps)]
+    again = stamps[1:][np.diff(stamps) < 0]
+    if not again.size or again.size > SHORTEST * len(stamps):
+        return False
+    tenth, half = np.quantile(stamps, [0.1, 0.5])
+    return bool(np.median(again) <= tenth and again.max() < half)
 
 
 def _fits(part: str, values) -> bool:

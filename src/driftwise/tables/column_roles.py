@@ -68,6 +68,8 @@ def parse(name: str, unit: str = "") -> Name:
         kinds = (kinds - {"time"}) | {"quantity"}
     elif words[-1:] == ("t",) and len(words) > 1:
         kinds = (kinds - {"time"}) | {"quantity"}
+    elif words[:1] == ("t",) and re.match(r"T[A-Z][a-z]", base):  # TSup, or TV and more
+        kinds -= {"time"}
     if unit and unit not in SECONDS and kinds & {"time", "calendar"}:  # "tempo" and "data" are words of their own
         kinds -= {"time", "calendar"}
     if "device" in kinds and "quantity" in kinds:

@@ -11,7 +11,7 @@ from .column_roles import SECONDS, Name
 
 STEPS = (1, 2, 5, 10, 15, 20, 30, 60, 120, 300, 600, 900, 1200, 1800, 3600)  # seconds between rows of a spreadsheet
 UNIX, SPREADSHEET, YEARS = "1970-01-01", "1899-12-30", "0000-01-01"  # where counts begin
-PARTS = (2, 4, 12, 52, 365.25)  # of a year, that rows of statistics packages stand apart
+PARTS = (1, 2, 4, 12, 52, 365.25)  # of a year, that rows of statistics packages stand apart
 
 
 class Count(NamedTuple):
@@ -73,6 +73,8 @@ def _parts(time) -> float:
     if time.size < 3 or not (1500 <= time.min() and time.max() < 2500):
         return 0.0
     step = float(np.median(np.diff(time)))
+    if step == 1.0 and not (np.all(time == np.round(time)) and 1700 <= time.min() and time.max() <= 2100):
+        return 0.0  # seconds, perhaps
     return next((parts for parts in PARTS if abs(step * parts - 1.0) < 0.02), 0.0)
 
 

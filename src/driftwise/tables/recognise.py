@@ -12,6 +12,7 @@ from driftwise.engine.errors import InputError
 
 from ..engine.validation import size
 from ..results.numbers import instant, lasting, reading, usual_unit
+from .calendar import starts_over
 from .cleaning import Belief, judged
 from .column_candidates import propose_inputs, propose_output
 from .column_roles import SCORES, Name, parse
@@ -24,7 +25,8 @@ from .table_words import notes_of, words_of
 SHOWN = 8  # columns that a message lists
 LARGE = "numbers beyond 1e100"
 OUT_OF_STEP = 0.05  # share of stamps that may go back
-MARKS = 20  # values that a mark of anomalies may have, at most
+MARKS = 20  # values that a mark may have, at most
+MEASURED = frozenset(("anomaly", "class", "quality"))  # marks by name that may be quantities: a deviation, seats
 
 
 @dataclass(frozen=True)
@@ -79,7 +81,7 @@ class Table:
     timed : whether the clock is in seconds; if not, its unit is not known
     rows : rows that were looked at
     given : the parts that the caller gave
-    stacked : the column that tells recordings apart that stand one below the other, None where there is none
+    stacked : the columns that tell recordings apart that stand one below the other, () where there are none
     otherwise : how its rows are read, where that is not as they stand; a sentence each
     rivals : columns that may be the output as well, as far as their names go; () where names decide
     alternatives : `Reading` of each that the evidence leaves open, the likelier first; () where it decides
@@ -96,7 +98,7 @@ class Table:
     timed: bool
     rows: int
     given: frozenset[str] = frozenset()
-    stacked: str | None = None
+    stacked: tuple[str, ...] = ()
     otherwise: tuple[str, ...] = ()
     rivals: tuple[str, ...] = ()
     alternatives: tuple[Reading, ...] = ()
@@ -329,7 +331,8 @@ def _clock(columns, names: dict[str, Name], stamps: frozenset[str], wanted) -> s
             continue
         score = 3.0 if name in stamps else 2.0 if "time" in names[name].kinds else 0.0
         steps = np.diff(values[np.isfinite(values)])
-        if not np.any(steps > 0) or np.mean(steps < 0) > OUT_OF_STEP:
+        is_late = np.mean(steps < 0) > OUT_OF_STEP and not (score >= 2.0 and starts_over(values))
+        if not np.any(steps > 0) or is_late:
             continue
         if score == 0.0 and "calendar" in names[name].kinds and np.all(steps >= 0) and np.mean(steps > 0) > 0.5:
             score = 1.5  # hours that go on, not those of the day
@@ -359,8 +362,8 @@ def _barred(name: Name, column: Column, values):
     kinds = name.kinds
     fine = values[np.isfinite(values)]
     whole = bool(np.all(fine == np.round(fine)))
-    is_deviation = "anomaly" in name.words and not whole and len(np.unique(fine)) > MARKS  # of a usual value, no mark
-    if "label" in kinds and "output" not in kinds and not is_deviation:
+    is_measured = bool(MEASURED & set(name.words)) and not whole and len(np.unique(fine)) > MARKS
+    if "label" in kinds and "output" not in kinds and not is_measured:
         return "label", "a mark that somebody set, by its name"
     if kinds & {"time", "calendar"} and not kinds & SCORES.keys():
         return "counter", "a part of the calendar, by its name"
@@ -368,8 +371,10 @@ def _barred(name: Name, column: Column, values):
     if whole and steps.size and np.all((steps == 0) | (steps == 1)) and not kinds & SCORES.keys() - {"source"}:
         if steps.sum() >= 2:
             return "counter", "counts upwards"
-    if "counter" in kinds and whole and np.mean(steps >= 0) > 0.95:
-        return "counter", "counts, by its name"
+    is_index = "rownames" in name.words and len(np.unique(fine)) == len(fine)  # of a table that was sorted since
+    is_index |= name.base == "column1" and bool(np.all(steps > 0))  # of one of which some rows were taken
+    if ("counter" in kinds or is_index) and whole and (np.mean(steps >= 0) > 0.95 or is_index):
+        return "counter", "counts, by its name" if "counter" in kinds else "counts upwards"
     if "logger" in kinds and name.score > -2:
         return "logger", "of the logger itself, by its name"
     return None

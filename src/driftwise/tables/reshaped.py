@@ -65,7 +65,8 @@ class Kept(Source):
 def unrolled(source: Source, named=()) -> Source:
     """Return a table of years by months as one of months; any other, or where ``named`` has a column of it, as it is.
 
-    Twelve columns are called as the months, in one language or another, in their order, and one as a year.
+    Twelve columns are called as the months, in one language or another, in their order, and one as a year, of which no
+    two rows have the same: marks of the month that a row is of are no values.
 
     >>> from driftwise.tables.parquetfile import MemorySource
     >>> table = {"Year": [2001, 2002]} | {month: [1.0, 2.0] for month in "Jan Feb Mar Apr May Jun Jul".split()}
@@ -81,4 +82,5 @@ def unrolled(source: Source, named=()) -> Source:
     is_year = len(years) == 1 and len(months) == 12
     if not is_year or set(named) & {*months} or not all(words[n] in m.split("|") for n, m in zip(months, MONTHS)):
         return source
-    return Unrolled(source, years[0], months)
+    first = [cell for arrays, _ in source.look(1) for cell in arrays[source.names.index(years[0])].to_pylist()]
+    return Unrolled(source, years[0], months) if len(set(first)) == len(first) else source

@@ -25,6 +25,7 @@ from driftwise.tables.source import Source, resolve_all, title_of
 
 CHUNK_ROWS = 65_536
 MOST_COLUMNS = 4096  # among which it is found out what they are; a few milliseconds each
+APART = 0.98  # share of the rows of a stamp that are of one recording each, at least
 HEAD_ROWS = 65_536  # rows by which a table is recognised, whatever its chunks
 
 
@@ -315,14 +316,19 @@ class OpenTable:
         self.head |= {name: in_tens(self.head[name], ten) for name, ten in self.tens.items()}
         self.bad = {}
 
-    def recordings(self, count: int) -> str | None:
-        """Return the column that tells ``count`` recordings apart, one below the other; None where there is none."""
+    def recordings(self, count: int) -> tuple[str, ...]:
+        """Return the columns that tell ``count`` recordings apart, one below the other; () where there are none."""
+        whole = {}
         for name in self._first:
             cells = self._texts(name) if self.kinds[name] != "stamp" else []
-            begins = [cell for k, cell in enumerate(cells) if not k or cell != cells[k - 1]]
-            if len(begins) == len(set(begins)) == count:
-                return name
-        return None
+            begins = [k for k, cell in enumerate(cells) if not k or cell != cells[k - 1]]
+            if len(begins) == len({cells[k] for k in begins}) == count:
+                return (name,)
+            if len(begins) <= count and len(set(cells)) > 1:
+                whole[name] = cells
+        rows = list(zip(*whole.values()))
+        runs = [row for k, row in enumerate(rows) if not k or row != rows[k - 1]]
+        return tuple(whole) if len(runs) == len(set(runs)) == count else ()
 
     def keep_one(self, clock: str | None, but=()) -> bool:
         """Keep the rows of the first of several recordings that share their stamps; whether a column names them.
@@ -334,7 +340,7 @@ class OpenTable:
         for name in [one for one in self._first if one not in but and self.kinds[one] != "stamp"]:
             cells = self._texts(name)
             many = len(set(cells))
-            if 1 < many <= most and len(set(zip(stamps, cells))) == len(cells):
+            if 1 < many <= most and len(set(zip(stamps, cells))) >= APART * len(cells):
                 self._keep(name, cells, many)
                 return True
         return False

@@ -129,10 +129,11 @@ def _sampling_notes(table: Any) -> list[Claim]:
             f"{LONGEST_GAP} samples): {RESTART_ROWS} missing samples stand for each break.",
             s.restarts,
         )
-    if table.stacked is not None:
+    if table.stacked:
+        names = listed(list(map(repr, table.stacked))) + (" names" if len(table.stacked) == 1 else " name")
         add(
-            f"{table.stacked!r} names {s.restarts + 1} recordings, one below the other, and one plant is fitted to all "
-            "of them: keep the rows of one to learn of that one alone.",
+            f"{names} {s.restarts + 1} recordings, one below the other, and one plant is fitted to all of them: keep "
+            "the rows of one to learn of that one alone.",
             s.restarts + 1,
         )
     if s.duplicates:

@@ -17,8 +17,8 @@ WORDS = {
     "label": "anomaly anomalous changepoint fault faulty label class flag alarm truth mode status step indicator "
     "regime valid quality event qc qualifier stufe modus ~storung ~fehler ~alarm defaut etat calidad estado alarma "
     "falla guasto stato qualita storing awaria larm fel",
-    "counter": "index idx id no nr sample row counter unnamed cycle record seq rec recnum obs lfd ~zyklus ~zahler "
-    "stationsid stations",
+    "counter": "index idx id no nr sample row rownames counter unnamed cycle record seq rec recnum obs lfd ~zyklus "
+    "~zahler stationsid stations",
     "logger": "battery batt battv bat rssi snr firmware serial uptime latitude longitude altitude elevation ~batterie",
     "computed": "total sum copy previous prev lag lagged lead avg mean average median diff difference residual "
     "error smoothed filtered scaled normalized norm delta cumulative cum summe kopie ~mittelwert differenz somme "
