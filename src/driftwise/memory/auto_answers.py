@@ -47,12 +47,13 @@ from .moments import ODDS as MOMENT_ODDS
 from .moments import SINCE as MOMENT_SINCE
 from .moments import add_up, expected, follow_moment, forget_moments, look_back
 from .registry import LIKELY
+from .resolution import follow_resolution, least_variance
 from .robust_start import remember
 from .second_start import concede, is_explained, let_start, start_again
 from .suspicion import calm, suspect
 from .trial import argue, begin_trial, end_trial, is_to_begin, is_to_end, time_update_copies
 from .trial_state import AGE, ODDS, show_none
-from .unknown_drift import SEEN, UNEXCITED, excite, lean, open_drift_state
+from .unknown_drift import SEEN, UNEXCITED, excite, lean, open_drift_state, rest
 from .verdict import A_JUMP, A_LEVEL, NO_JUMP, NOTHING, judge, quieter
 from .verdict import follow as follow_verdict
 
@@ -78,11 +79,13 @@ def stay_as_fast(head, unit, s2):
 
 
 @kernel
-def try_out(memory, parts, e, R, evidence, rho, outliers, view):
+def try_out(memory, parts, e, R, evidence, rho, outliers, view, least):
     """Let the trial see the sample, and follow what it decides; return the probability of an outlier to all."""
     trial, head, own, unit, N = parts.trial, parts.head, parts.own, parts.drift.unit, view.theta.size
     is_right = memory.has_state == 0.0 and head[CLEAN] <= N and head[SINCE_GAP] >= N
-    same, freed, level = argue(memory, trial, parts.past, e, R, is_right, view.theta, evidence, outliers, view, unit)
+    same, freed, level = argue(
+        memory, trial, parts.past, e, R, is_right, view.theta, evidence, outliers, view, unit, least
+    )
     known = share_of_outliers(memory, head, head[STRUCK_BEFORE])
     head[VERDICT] = judge(memory, trial, outliers, known, parts.drift.head[SEEN], unit)
     shown = trial.shown
@@ -119,7 +122,11 @@ def adapt_auto(memory, state, e, R, view):
     theta, U, D, s2, parts = view.theta, view.U, view.D, view.s2, open_parts(memory, state, view.D.size)
     own, trial, drift, learner, head = parts.own, parts.trial, parts.drift, parts.learner, parts.head
     N, M, T = D.size, MODES, predicted_variance(view.f, D, R)
+    is_first = drift.head[SEEN] == 0.0
     is_unexcited = excite(memory, drift, view.row)
+    if follow_resolution(parts.resolution, view.y, is_first) and not is_unexcited:
+        is_unexcited = rest(drift)
+    least = least_variance(parts.resolution) / memory.R
     if head[QUIET] > 0.0:
         stay_as_fast(head, drift.unit, s2)
     lean(drift, R, T)
@@ -145,7 +152,7 @@ def adapt_auto(memory, state, e, R, view):
         slow_weight = slow[WEIGHT]
     if memory.past > 0.0:
         weigh_kinds(memory, parts.past, view.psi, theta, e, s2 * (T - R + memory.R), e + dot(view.psi, theta))
-    evidence, rho = update_bank(memory, own, e, R, theta, view, outliers, is_unexcited, is_unexcited)
+    evidence, rho = update_bank(memory, own, e, R, theta, view, outliers, is_unexcited, is_unexcited, least)
     own.head[WAITS] = 0.0 if is_unexcited else 1.0
     if is_unexcited:
         unfold(own.bank, own.dense, N)
@@ -155,13 +162,13 @@ def adapt_auto(memory, state, e, R, view):
         climb(memory, learner, error / math.sqrt(own_s2 * spread), part)
     head[VERDICT] = NOTHING
     if is_early and drift.head[SEEN] > 2.0 * N:
-        has_won = start_again(memory, parts.second, parts.rows, e, R, evidence, drift.unit, theta, own.P, view)
+        has_won = start_again(memory, parts.second, parts.rows, e, R, evidence, drift.unit, theta, own.P, view, least)
         if has_won and not is_explained(trial, parts.second):
             let_start(memory, parts.second, own.bank, own.dense, learner, own.P)
             end_trial(trial)
             is_on = False
     if is_on:
-        rho = try_out(memory, parts, e, R, evidence, rho, outliers, view)
+        rho = try_out(memory, parts, e, R, evidence, rho, outliers, view, least)
     elif trial.head[AGE] > 0.0:  # at rest nothing is decided, and what was probable stays so
         rho *= 1.0 - trial.shown[0] - trial.shown[1] - trial.shown[2]
         unfold(trial.copies, trial.dense, N)

@@ -11,6 +11,7 @@ from .auto_constants import LEVELS, MOMENTS, STRUCK_FADES
 from .bank import bank_size, open_bank
 from .likelihood_drift import learner_size, open_learner
 from .moments import moments_size, open_moments
+from .resolution import RESOLUTION
 from .robust_start import open_rows, rows_size
 from .second_start import open_second, second_size, share_of
 from .suspicion import open_suspicion, suspicion_size
@@ -43,6 +44,7 @@ AUTO = Layout(
     Field("rows", ("rows_size(N)",), "the last rows, some of which another start begins with"),
     Field("past", ("past_size(N)",), "what past outputs were, and how many outliers were of which kind"),
     Field("moments", ("moments_size(N, M, MOMENTS)",), "when one parameter may have jumped"),
+    *RESOLUTION,
     given=("N", "M"),
     bank_size=bank_size,
     suspicion_size=suspicion_size,
@@ -70,6 +72,7 @@ class Parts(NamedTuple):
     rows: tuple
     past: tuple
     moments: tuple
+    resolution: np.ndarray
 
 
 @kernel
@@ -82,7 +85,7 @@ def open_parts(memory, state, N):
     second, learner = open_second(parts.second, N), open_learner(parts.learner, N, N)
     rows, past = open_rows(parts.rows, N), open_past(parts.past, N)
     moments = open_moments(parts.moments, N, MODES, MOMENTS)
-    return Parts(drift, bank, parts.head, sums, trial, second, learner, rows, past, moments)
+    return Parts(drift, bank, parts.head, sums, trial, second, learner, rows, past, moments, parts.resolution)
 
 
 @kernel

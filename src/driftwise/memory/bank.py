@@ -62,7 +62,7 @@ def adapt_in_bank(memory, state, e, R, view, is_apart):
     if own.head[WAITS] > 0.0:  # one more output of the same sample
         fold(own.bank, own.dense, D.size)
     own.head[WAITS] = 0.0 if is_apart else 1.0
-    update(memory, own, e, R, view.theta, view, 0.0, is_unexcited, is_apart)
+    update(memory, own, e, R, view.theta, view, 0.0, is_unexcited, is_apart, 0.0)
     if is_apart:
         unfold(own.bank, own.dense, D.size)
     own.head[FREEDOM_NOW], own.head[SIGMA2_NOW] = merge(memory, own, view.theta, view.U, D)

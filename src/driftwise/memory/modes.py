@@ -57,6 +57,13 @@ def own_sigma2(memory, own):
 
 
 @kernel
+def bound(own, least):
+    """Let the sigma^2 that a mode has learnt be ``least`` at least."""
+    if own[FREEDOM] >= 1.0:
+        own[CHI2] = max(own[CHI2], least * own[FREEDOM])
+
+
+@kernel
 def own_noise(memory, s2, R, shown):
     """Return the variance of the noise relative to the sigma^2 of a mode; R is relative to that which is shown.
 
@@ -123,7 +130,7 @@ def outlier(nu, z, narrow, share):
 
 
 @kernel
-def take(memory, one, P, error, R, view, outliers, is_unexcited, is_apart):
+def take(memory, one, P, error, R, view, outliers, is_unexcited, is_apart, least):
     """Let one mode learn from its error; return p of mode and error, the probability of an outlier, T, sigma^2.
 
     p is a logarithm and a factor, so that nobody waits for the logarithm of what is never far from one.
@@ -132,9 +139,10 @@ def take(memory, one, P, error, R, view, outliers, is_unexcited, is_apart):
     WIDER times as large, or of the error's own square where that is larger: sizes of outliers beyond all have the same
     chance a decade, so that however wrong one number is, it is no sign of something else. P is that of the two
     outcomes together (moment matching): a rank-one change along P psi. It is left in ``P`` (packed) for the modes to
-    be mixed; a mode that ``is_apart`` has it in U and D.
+    be mixed; a mode that ``is_apart`` has it in U and D. Its sigma^2 is ``least`` at least.
     """
     D, U, own, f, b = one.D, one.U, one.own, view.f, view.b
+    bound(own, least)
     s2, nu = own_sigma2(memory, own), math.inf
     inverse, is_ready = 1.0 / s2, memory.learns == 0.0 or own[FREEDOM] >= 1.0
     if memory.learns > 0.0:
@@ -170,6 +178,7 @@ def take(memory, one, P, error, R, view, outliers, is_unexcited, is_apart):
         part *= part * (1.0 - rho)
         own[FREEDOM] = FADE * own[FREEDOM] + part
         own[CHI2] = FADE * own[CHI2] + part * error * error * k
+        bound(own, least)
     return log_p, factor, rho, T, s2
 
 
@@ -195,19 +204,21 @@ def error_of(one, e, psi, theta):
 
 
 @kernel
-def update(memory, own, e, R, theta, view, outliers, is_unexcited, is_apart):
+def update(memory, own, e, R, theta, view, outliers, is_unexcited, is_apart, least):
     """Let every mode of a bank learn, and the weights; return the log evidence and the probability of an outlier.
 
-    e is the innovation of ``theta``, R the variance of the noise. The P of each mode is left in ``dense``, packed one
-    behind the other, or in its U and D where they stay apart. In ``logs`` stays, of the last mode, what
-    `likelihood.follow` wants: innovation, T, sigma^2, share that is no outlier.
+    e is the innovation of ``theta``, R the variance of the noise, ``least`` the least sigma^2. The P of each mode is
+    left in ``dense``, packed one behind the other, or in its U and D where they stay apart. In ``logs`` stays, of the
+    last mode, what `likelihood.follow` wants: innovation, T, sigma^2, share that is no outlier.
     """
     bank, dense, logs, N = own.bank, own.dense, own.logs, theta.size
     M, half, top = count_of(bank, N), N * (N + 1) // 2, -math.inf
     for m in range(M):
         one, P = mode(bank, m, N), dense[m * half : (m + 1) * half]
         error = error_of(one, e, view.psi, theta)
-        logs[m], one.own[WEIGHT], share, T, s2 = take(memory, one, P, error, R, view, outliers, is_unexcited, is_apart)
+        logs[m], one.own[WEIGHT], share, T, s2 = take(
+            memory, one, P, error, R, view, outliers, is_unexcited, is_apart, least
+        )
         logs[M + 4 + m] = share
         top = max(top, logs[m])
         if m == M - 1:

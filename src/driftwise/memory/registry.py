@@ -8,6 +8,7 @@ as its method ``state_size(parameters)`` says; without that method there are non
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any, NamedTuple, get_type_hints
 
@@ -90,6 +91,7 @@ class View(NamedTuple):
     reopen : what the estimator asks of an alarm: above 1 samples, else a share of the prior's width
     cap : (N,) variances of the prior
     row : (N,) the regressors themselves
+    y : the output that is being taken in; NaN where the memory sees another scale, or none
 
     Examples
     --------
@@ -114,6 +116,7 @@ class View(NamedTuple):
     reopen: float  # what the estimator asks of an alarm: above 1 a number of samples, else a share of the prior's width
     cap: np.ndarray  # variances of the prior, for that
     row: np.ndarray  # the regressors themselves: psi less what filters add to it
+    y: float = math.nan  # the output that is being taken in; NaN where the memory sees another scale, or none
 
 
 class Alarm(NamedTuple):

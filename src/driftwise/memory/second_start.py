@@ -56,7 +56,7 @@ def begin_second(memory, second, theta, unit):
 
 
 @rare
-def begin_with_rows(memory, second, rows, theta, unit, P, view):
+def begin_with_rows(memory, second, rows, theta, unit, P, view, least):
     """Let it begin with those of the last rows that agree, if some do not; it counts from the next sample on."""
     N, count, head = unit.size, rows.y.size, second.head
     limit, many = fit_trimmed(rows, unit, P)
@@ -70,12 +70,12 @@ def begin_with_rows(memory, second, rows, theta, unit, P, view):
             view.psi[i] = psi[i]
         if rows.square[k % count] <= limit:
             error = rows.y[k % count] - dot(psi, one.theta)
-            take(memory, one, P, error, memory.R, view, 0.0, False, True)
+            take(memory, one, P, error, memory.R, view, 0.0, False, True, least)
     head[AGE], head[STRUCK_SO_FAR] = N + LEARNING, OF_LEFT_OUT * (count - many)
 
 
 @rare
-def start_again(memory, second, rows, e, R, evidence, unit, theta, P, view):
+def start_again(memory, second, rows, e, R, evidence, unit, theta, P, view, least):
     """Let it see a sample; say whether it has won."""
     N, head = theta.size, second.head
     is_over = head[AGE] == 0.0 or head[SCORE] < UNFIT or head[AGE] >= N + LEARNING + YOUTH
@@ -83,11 +83,11 @@ def start_again(memory, second, rows, e, R, evidence, unit, theta, P, view):
     if is_over:
         begin_second(memory, second, theta, unit)
     if memory.outliers > 0.0 and ((more == 0.0 and head[SCORE] <= 0.0) or (is_over and more > 0.0)):
-        begin_with_rows(memory, second, rows, theta, unit, P, view)
+        begin_with_rows(memory, second, rows, theta, unit, P, view, least)
     one = mode(second.row, 0, N)
     error = error_of(one, e, view.psi, theta)
     share = share_of(memory, head[STRUCK_SO_FAR], head[AGE])
-    log_p, factor, rho, _, _ = take(memory, one, P, error, R, view, share, False, True)
+    log_p, factor, rho, _, _ = take(memory, one, P, error, R, view, share, False, True, least)
     relax(one.theta, one.U, one.D, memory.phi, view.b)
     head[AGE] += 1.0
     head[STRUCK_SO_FAR] += rho

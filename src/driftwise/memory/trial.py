@@ -127,20 +127,20 @@ def begin_trial(memory, trial, bank, unit, M, surprise, b):
 
 
 @kernel
-def copy_sees(memory, trial, k, e, R, theta, outliers, view):
-    """Let a copy see the sample; return its error, the probability that it is an outlier, and T."""
+def copy_sees(memory, trial, k, e, R, theta, outliers, view, least):
+    """Let a copy, its sigma^2 ``least`` at least, see the sample; return error, probability of an outlier, and T."""
     N = theta.size
     half = N * (N + 1) // 2
     one = mode(trial.copies, k, N)
     error = error_of(one, e, view.psi, theta)
     P = trial.dense[k * half : (k + 1) * half]
-    log_p, factor, rho, T, _ = take(memory, one, P, error, R, view, outliers, False, False)
+    log_p, factor, rho, T, _ = take(memory, one, P, error, R, view, outliers, False, False, least)
     trial.found[k] += log_p + log(factor)
     return error, rho, T
 
 
 @kernel
-def argue(memory, trial, past, e, R, is_right, theta, evidence, outliers, view, unit):
+def argue(memory, trial, past, e, R, is_right, theta, evidence, outliers, view, unit, least):
     """Let the trial see the sample; return the probability that it is an outlier, to each copy.
 
     ``is_right``: regressors are, if parameters jumped: only what looked like an outlier makes them doubtful. Then those
@@ -149,7 +149,7 @@ def argue(memory, trial, past, e, R, is_right, theta, evidence, outliers, view, 
     """
     N, head = theta.size, trial.head
     half = N * (N + 1) // 2
-    error, rho, T = copy_sees(memory, trial, SAME, e, R, theta, outliers, view)
+    error, rho, T = copy_sees(memory, trial, SAME, e, R, theta, outliers, view, least)
     weigh_alone(trial, error, rho, T, view, unit, own_sigma2(memory, mode(trial.copies, SAME, N).own))
     noise = memory.R if is_right else R
     for i in range(N):
@@ -157,12 +157,12 @@ def argue(memory, trial, past, e, R, is_right, theta, evidence, outliers, view, 
             noise += WIDE * unit[i] * view.psi[i] * view.psi[i]
     since = head[AGE] if is_right else 0.0
     freed_e = exchange(memory, past, view.psi, theta, e, since)
-    _, freed_rho, _ = copy_sees(memory, trial, FREED, freed_e, noise, theta, outliers, view)
+    _, freed_rho, _ = copy_sees(memory, trial, FREED, freed_e, noise, theta, outliers, view, least)
     exchange(memory, past, view.psi, theta, e, since)
     level_rho, level = 0.0, mode(trial.copies, LEVEL, N).own
     if memory.learns > 0.0:
         before = own_sigma2(memory, level)
-        _, level_rho, _ = copy_sees(memory, trial, LEVEL, e, R, theta, outliers, view)
+        _, level_rho, _ = copy_sees(memory, trial, LEVEL, e, R, theta, outliers, view, least)
         change = before / own_sigma2(memory, level)
         for i in range(half):  # what it knows of the parameters stays what it was, whatever the noise is
             trial.dense[LEVEL * half + i] *= change

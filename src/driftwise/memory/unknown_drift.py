@@ -114,6 +114,14 @@ def excite(memory, drift, row):
 
 
 @kernel
+def rest(drift):
+    """Let a sample that seemed to excite the plant be one of a plant at rest; say so."""
+    drift.head[UNEXCITED] = 1.0
+    drift.head[SEEN] -= 1.0
+    return True
+
+
+@kernel
 def adapt_and_revise(memory, state, e, R, view):
     """Least squares, then the policy."""
     drift = open_drift_state(state, view.D.size)

@@ -79,6 +79,7 @@ class Form(Enum):
     NO_MOMENTS = "AutoMemory summed nothing up over the moments of a jump"
     NO_ACROSS = "no average learnt from its forecasts across gaps"
     ONE_KIND = "AutoMemory did not tell outliers of the sensor from those of the process"
+    NO_STEP = "AutoMemory did not learn in which steps outputs are recorded"
 
 
 def until(last: Form, was: Any, now: Any) -> dict[Form, Any]:
@@ -219,13 +220,14 @@ def _piece(memory, size: int) -> Piece:
     from ..memory.likelihood_drift import learner_size
     from ..memory.modes import size_of
     from ..memory.moments import moments_size
+    from ..memory.resolution import KEPT
     from ..memory.robust_start import rows_size
     from ..memory.second_start import second_size
     from ..memory.unknown_drift import drift_state_size
 
     N, now = memory.cap.size, memory.state_size(memory.cap.size)
     first = SHORT_HEAD + bank_size(N, MODES) + 2 * MODES * size_of(N) + learner_size(N, N)
-    with_moments = now - past_size(N)
+    with_moments = now - KEPT - past_size(N)
     with_rows = with_moments - moments_size(N, MODES, MOMENTS)
     last = with_rows - rows_size(N) - UNCOUNTED
     third, fourth = last - (HEAD - SHORT_HEAD), last - (HEAD - GAPLESS_HEAD)
@@ -234,12 +236,12 @@ def _piece(memory, size: int) -> Piece:
         **until(Form.NO_GAPS, fourth, last),
         Form.BANKS: drift_state_size(N, first), Form.ONE_START: second, Form.SHORT_HEAD: third,
         Form.NO_ROWS: last + UNCOUNTED, Form.NO_MOMENTS: with_rows,
-        **dict.fromkeys((Form.NO_ACROSS, Form.ONE_KIND), with_moments),
+        **dict.fromkeys((Form.NO_ACROSS, Form.ONE_KIND), with_moments), Form.NO_STEP: now - KEPT,
     }  # fmt: skip
     makers = {
         **until(Form.NO_GAPS, _longer_head, _counting), Form.BANKS: _trials, Form.ONE_START: _second_start,
         Form.NO_ROWS: _longer, Form.NO_MOMENTS: _longer,
-        **dict.fromkeys((Form.NO_ACROSS, Form.ONE_KIND), _one_kind),
+        **dict.fromkeys((Form.NO_ACROSS, Form.ONE_KIND), _one_kind), Form.NO_STEP: _longer,
     }  # fmt: skip
     return Piece(before, now, makers, memory)
 
@@ -254,7 +256,8 @@ def _average(estimator, size: int) -> Piece:
     before = {
         Form.BANKS: first, Form.ONE_START: second, Form.SHORT_HEAD: second, Form.NO_SPREAD: apart + 2,
         Form.ONE_WIDTH: apart + 3 + 3 * MEANS, Form.NO_GAPS: apart + 1 + 3 * MEANS + 4 * SHAPES,
-        **dict.fromkeys(AVERAGED, size - 3 * (members + 1) - 3 * ACROSS - 2), Form.ONE_KIND: size,
+        **dict.fromkeys(AVERAGED, size - 3 * (members + 1) - 3 * ACROSS - 2),
+        Form.ONE_KIND: size, Form.NO_STEP: size,
     }  # fmt: skip
     makers = {
         **until(Form.SHORT_HEAD, _alone, None), Form.NO_SPREAD: _of_one_width, Form.ONE_WIDTH: _of_one_width,
@@ -331,19 +334,20 @@ def _counting(was: np.ndarray, piece: Piece) -> np.ndarray:
 
 
 def _longer(was: np.ndarray, piece: Piece) -> np.ndarray:
-    """Return what one `AutoMemory` keeps, which remembers no rows or moments; they stand last."""
+    """Return what one `AutoMemory` keeps, without what stands last: rows, moments, steps of y."""
     return np.concatenate([was, np.zeros((*was.shape[:-1], piece.now - was.shape[-1]))], axis=-1)
 
 
 def _one_kind(was: np.ndarray, piece: Piece) -> np.ndarray:
-    """Return what one `AutoMemory` keeps, which remembers no past outputs; its moments stand last."""
+    """Return what one `AutoMemory` keeps, which remembers no past outputs; its moments stood last."""
     from ..memory.additive import past_size
     from ..memory.auto_constants import MOMENTS
     from ..memory.auto_state import MODES
     from ..memory.moments import moments_size
 
     N = piece.owner.cap.size
-    return np.insert(was, [was.shape[-1] - moments_size(N, MODES, MOMENTS)] * past_size(N), 0.0, axis=-1)
+    at = was.shape[-1] - moments_size(N, MODES, MOMENTS)
+    return _longer(np.insert(was, [at] * past_size(N), 0.0, axis=-1), piece)
 
 
 def _second_start(was: np.ndarray, piece: Piece) -> np.ndarray:

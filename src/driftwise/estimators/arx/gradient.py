@@ -48,7 +48,7 @@ def regress_lags_alone(form, state, scratch, s2):
 
 
 @correct_by.on(Gradient)
-def correct_by_gradient(method, memory, state, e, R, s2, scratch):
+def correct_by_gradient(method, memory, state, e, R, s2, y, scratch):
     theta, psi, units = state.theta, scratch.own, method.units
     size = 0.0
     for i in range(theta.size):

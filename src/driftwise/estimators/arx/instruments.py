@@ -84,7 +84,7 @@ def forget(P, ratio, cap):
 
 
 @correct_by.on(Instruments)
-def correct_by_instruments(method, memory, state, e, R, s2, scratch):
+def correct_by_instruments(method, memory, state, e, R, s2, y, scratch):
     theta, psi, N, na = state.theta, scratch.psi, state.theta.size, state.ys.size
     (P, weight, xs), head = open_registers(state.registers, N, na), state.head
     zeta, K, v = scratch.own[:N], scratch.own[N : 2 * N], scratch.own[2 * N :]

@@ -17,21 +17,27 @@ class LeastSquares(NamedTuple):
 @kernel
 def view_of(state, scratch, s2, surprise):
     """Return what the memory sees of a state."""
+    return view_of_output(state, scratch, s2, surprise, math.nan)
+
+
+@kernel
+def view_of_output(state, scratch, s2, surprise, y):
+    """Return what it sees while an output is taken in."""
     nothing = scratch.c[:0]
     return View(
         0, state.theta, state.U, state.D, scratch.psi, scratch.f, scratch.b, scratch.c,
-        s2, state.head[WEIGHT], surprise, 0.0, nothing, scratch.row,
+        s2, state.head[WEIGHT], surprise, 0.0, nothing, scratch.row, y,
     )  # fmt: skip
 
 
 @choice
-def correct_by(method, memory, state, e, R, s2, scratch):
-    """Take the innovation e of the row ``scratch.psi`` into the state; return the variance T it was expected to have.
+def correct_by(method, memory, state, e, R, s2, y, scratch):
+    """Take the innovation e of an output y and the row ``scratch.psi`` into the state; return its expected variance T.
 
     Minus T says that the sample could not be used.
     """
 
 
 @correct_by.on(LeastSquares)
-def correct_by_least_squares(method, memory, state, e, R, s2, scratch):
-    return adapt(memory, state.memory_state, e, R, view_of(state, scratch, s2, math.nan))
+def correct_by_least_squares(method, memory, state, e, R, s2, y, scratch):
+    return adapt(memory, state.memory_state, e, R, view_of_output(state, scratch, s2, math.nan, y))

@@ -207,7 +207,7 @@ def advance_lags(form, method, memory, gate, scale, detector, state, scratch, y,
     # correct
     surprise = np.nan
     if is_used:
-        T = correct_by(method, memory, state, e, R, s2, scratch)
+        T = correct_by(method, memory, state, e, R, s2, z, scratch)
         if T > 0.0:
             surprise = e * e / (s2 * T)
             head[OBSERVED] += 1.0

@@ -115,11 +115,12 @@ def sigma2_of_few(scale, left, chi2):
 
 
 @kernel
-def view_of_parameters(s, D, room, s2, weight, surprise):
+def view_of_parameters(s, D, room, s2, weight, surprise, y):
     """Return what a memory sees of a regression on theta."""
     rows = room.gain.size
     return View(
-        0, s[rows:], room.U, D[rows:], room.row, room.f, room.b, room.c, s2, weight, surprise, 0.0, s[:0], room.row,
+        0, s[rows:], room.U, D[rows:], room.row, room.f, room.b, room.c,
+        s2, weight, surprise, 0.0, s[:0], room.row, y,
     )  # fmt: skip
 
 
@@ -127,16 +128,17 @@ def view_of_parameters(s, D, room, s2, weight, surprise):
 def begin_given_state(memory, memory_state, s, U, D, room):
     """Let the memory begin with the prior of the parameters."""
     marginal(U, room.gain.size, room.psi.size, room.U)
-    begin(memory, memory_state, view_of_parameters(s, D, room, 1.0, 0.0, math.nan))
+    begin(memory, memory_state, view_of_parameters(s, D, room, 1.0, 0.0, math.nan, math.nan))
 
 
 @kernel
-def adapt_given_state(memory, memory_state, e, R, usual, s, U, D, f, room, s2, weight):
+def adapt_given_state(memory, memory_state, e, R, usual, s, U, D, f, room, s2, weight, y):
     """Take the innovation e of the row h, f = U'h, into s and U D U' by the memory's own rule; return its variance T.
 
-    ``usual`` is the variance of the noise. A row that says next to nothing, since the state is lost or has never been
-    known, may be of any size: the memory sees it in units in which var v' is VAGUE times that, so that no mean square
-    of regressors is spoilt. An outlier, as the memory has it, teaches x nothing.
+    ``usual`` is the variance of the noise, y the output, NaN if e is in other units. A row that says next to nothing,
+    since the state is lost or has never been known, may be of any size: the memory sees it in units in which var v' is
+    VAGUE times that, so that no mean square of regressors is spoilt. An outlier, as the memory has it, teaches x
+    nothing.
     """
     rows, N = room.gain.size, room.psi.size
     separate(U, f, room)
@@ -148,7 +150,7 @@ def adapt_given_state(memory, memory_state, e, R, usual, s, U, D, f, room, s2, w
     for j in range(N):
         room.before[j] = s[rows + j]
         room.row[j], room.f[j] = root * room.psi[j], root * f[rows + j]
-    view = view_of_parameters(s, D, room, s2, weight, math.nan)
+    view = view_of_parameters(s, D, room, s2, weight, math.nan, y)
     T = adapt(memory, memory_state, root * e, share * own, view) / share
     if not T > 0.0:
         return T
@@ -184,7 +186,8 @@ def pass_time_given_state(memory, memory_state, s, U, D, room, s2, weight, surpr
     slopes(U, room)
     for j in range(N):
         room.before[j] = s[rows + j]
-    lam, status = time_update(memory, memory_state, 1.0, view_of_parameters(s, D, room, s2, weight, surprise))
+    view = view_of_parameters(s, D, room, s2, weight, surprise, math.nan)
+    lam, status = time_update(memory, memory_state, 1.0, view)
     for i in range(rows):
         for j in range(N):
             s[i] += room.A[i, j] * (s[rows + j] - room.before[j])

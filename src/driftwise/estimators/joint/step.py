@@ -260,7 +260,7 @@ def view_of(form, state, scratch, s2, surprise):
     s, weight = state.s, state.counts[WEIGHT] if form.fades > 0.0 else state.head[OBSERVED]
     return View(
         scratch.n, s, state.U, state.D, s[:0], scratch.f, scratch.c, scratch.b,
-        s2, weight, surprise, 0.0, s[:0], s[:0],
+        s2, weight, surprise, 0.0, s[:0], s[:0], math.nan,
     )  # fmt: skip
 
 
@@ -274,12 +274,12 @@ def begin_memory(form, memory, state, scratch):
 
 
 @kernel
-def take_in(form, memory, state, scratch, e, R, usual, s2):
-    """Take the innovation e into s and U D U'; return the variance T it was expected to have."""
+def take_in(form, memory, state, scratch, y, e, R, usual, s2):
+    """Take the innovation e of y into s and U D U'; return the variance T it was expected to have."""
     if form.learns > 0.0:
         weight = state.counts[WEIGHT]
         return adapt_given_state(
-            memory, state.memory_state, e, R, usual, state.s, state.U, state.D, scratch.f, scratch.room, s2, weight
+            memory, state.memory_state, e, R, usual, state.s, state.U, state.D, scratch.f, scratch.room, s2, weight, y
         )
     return measurement_update(state.s, state.U, state.D, scratch.f, e, R, scratch.b)
 
@@ -358,7 +358,7 @@ def step(form, noise, memory, gate, scale, detector, state, scratch, y, u, out, 
     if form.slopes > 0.0 and is_measured:
         separate(U, scratch.f, scratch.room)
     if is_measured:
-        T = take_in(form, memory, state, scratch, e, R, noise.R, s2)
+        T = take_in(form, memory, state, scratch, z, e, R, noise.R, s2)
         if T > 0.0:
             white = e / math.sqrt(s2 * T)
             restrain(noise, state, scratch)
