@@ -2,12 +2,14 @@
 
 import numpy as np
 import pytest
+from driftwise_studies.score.claims.wander import wandering
 from scipy.signal import lfilter
 
+from driftwise.analysis import segmentation
 from driftwise.analysis.driven_noise import AFTER, loudness
 from driftwise.analysis.response_orders import begin
 from driftwise.analysis.response_record import recorded
-from driftwise.analysis.segmentation import LEVEL, hindsight
+from driftwise.analysis.segmentation import GAIN, LEVEL, hindsight
 
 
 def moved(seed: int, late: float, level: float = 0.0):
@@ -33,3 +35,22 @@ def test_noise_is_louder_after_moves_where_they_are_missed_and_only_there(late):
 def test_a_level_that_steps_as_an_input_moves_is_told_where_moves_are_not_missed():
     told = hindsight(*moved(2, 0.0, 0.05)).jumps()
     assert [jump.kind for jump in told] == [LEVEL] and abs(told[0].at - 800) < 5
+
+
+def gains(seed: int, factor: float):
+    """Return y, u of the same plant, missed at each move, whose gain changes by a factor in the middle."""
+    y, u = moved(seed, 1.0)
+    return y + lfilter([0.0, 0.1], [1, -0.9], (factor - 1) * u[:, 0] * (np.arange(len(u)) >= 800)), u
+
+
+def test_a_gain_that_is_another_for_a_few_moves_is_told_of_no_plant_that_misses_them(monkeypatch):
+    seen = [hindsight(*wandering(0, number, "late moves")) for number in (12, 15)]
+    assert not any(one.jumps() for one in seen)
+    assert all(one.visible().gains[0] == np.inf for one in seen)
+    monkeypatch.setattr(segmentation, "by_moves", lambda now, j, where: where)
+    assert all(GAIN in {jump.kind for jump in one.jumps()} for one in seen)
+
+
+def test_a_gain_that_falls_for_good_is_told_though_moves_are_missed():
+    told = [[jump for jump in hindsight(*gains(seed, 0.4)).jumps() if jump.kind == GAIN] for seed in range(4)]
+    assert sum(len(one) == 1 and abs(one[0].at - 800) < 45 for one in told) >= 3

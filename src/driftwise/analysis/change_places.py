@@ -291,11 +291,17 @@ def apart(places, others, own: int = -1) -> np.ndarray:
     return places[np.all(abs(places[:, None] - others) >= APART, axis=1) | (places == own)]
 
 
+def lacking(now: Response, part: str, j: int) -> Response:
+    """Return a response without a change, all else as it is beside it: what counts how much as well."""
+    less = now.without(part, j)
+    less.cache["weight"] = now.weight
+    return less
+
+
 def located(now: Response, part: str, j: int) -> Place | None:
     """Return where a change of a response is, beside all else of it, and its odds."""
     kind, i = (LEVEL, 0) if part == "levels" else (GAIN, now.gains[j][0])
-    less = now.without(part, j)
-    less.cache["weight"] = now.weight
+    less = lacking(now, part, j)
     return place(less, kind, i, now.levels[j] if kind == LEVEL else now.gains[j][1])
 
 

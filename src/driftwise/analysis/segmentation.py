@@ -10,7 +10,7 @@ import numpy as np
 from .beginnings import beginnings
 from .change_places import GAIN, LEVEL, Place, best_walk, part_of, standing, walked, walks
 from .change_search import searched
-from .driven_noise import beside_moves
+from .driven_noise import are_missed, beside_moves, by_moves
 from .growing_noise import Growth, growth
 from .lost_inputs import completed
 from .noise_jumps import LEAST, SURE
@@ -83,6 +83,7 @@ class Hindsight(NamedTuple):
                     found.append(Jump(where.middle, where.interval, where.log_odds, LEVEL, 0, 0.0, size))
                 continue
             j, factor = now.gains.index((i, since)), now.factor(i)
+            where = by_moves(now, j, where)
             gain = now.b[i].sum() / now.denominator.sum() * self.y_scale / self.u_scale[i]
             before, after = (float(gain * factor[k]) for k in (max(since - 1, 0), min(since, T - 1)))
             if where.log_odds > TOLD[GAIN] and is_sudden(now, "gains", j, where):
@@ -109,6 +110,8 @@ class Hindsight(NamedTuple):
             sizes.append(math.sqrt(2 * (need + TOLD[kind]) * calm / free))
             if kind == LEVEL:
                 sizes[0] = max(sudden(now, x, calm, sizes[0]) for x in d)
+            elif are_missed(now, i):
+                sizes[-1] = math.inf  # what a change has to be beside them is not known
         share, factors, z = 1 / EDGE, np.linspace(1.05, 10.0, 200), r**2 / max(float(np.mean(r**2)), 1e-300) - 1
         gain = 0.5 * n * (np.log(1 - share + share * factors**2) - share * np.log(factors**2))
         enough = np.flatnonzero(gain / max(long_run(z) / 2, 1.0) > need + SURE)
