@@ -59,7 +59,7 @@ def own_sigma2(memory, own):
 @kernel
 def bound(own, least):
     """Let the sigma^2 that a mode has learnt be ``least`` at least."""
-    if own[FREEDOM] >= 1.0:
+    if least > 0.0 and own[FREEDOM] >= 1.0:
         own[CHI2] = max(own[CHI2], least * own[FREEDOM])
 
 
