@@ -323,7 +323,7 @@ class Follower:
         self.counts = np.array(learning.PRIOR)
 
     def _start(self, d):
-        self.period = self.gap = d
+        self.period = self.gap = self.shortest = d
         typical = (0.1 * self.speed * d) ** 2
         self.log = np.log(np.full(self.C, typical) if self.stated is None else self.stated)
         unit = np.exp(self.log)
@@ -412,7 +412,11 @@ class Follower:
         if self.is_early:
             self._start(d)
         else:
-            before = self.period
+            before, slow = self.period, max(d, self.gap)
+            if self.seen > learning.KNOWN and slow * learning.FASTER < self.shortest:
+                self.seen = learning.ANEW
+            forgotten = self.shortest * max(slow / self.shortest, 1.0) ** (1 / learning.PACES)
+            self.shortest = min(slow, forgotten)
             self.period *= (d / before) ** (1 / min(self.seen, learning.PERIODS))
             for member in self.poles:
                 member.rescale(self.period / before)

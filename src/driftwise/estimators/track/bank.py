@@ -38,7 +38,7 @@ LINES, CURVES, CIRCLES, POLES = len(STRAIGHT), len(CURVED), len(TURNS), len(RADI
 LEGS, TURNING = len(LEG_RATES), len(RATES)
 KALMAN = LINES + CURVES
 
-SEEN, TIME, PERIOD, GAP, MANOEUVRE, ALERT, TRUST, SUSPECTED, DOUBT, LEAD = range(10)  # of the head of a row
+SEEN, TIME, PERIOD, GAP, MANOEUVRE, ALERT, TRUST, SUSPECTED, DOUBT, LEAD, PACE = range(11)  # of the head of a row
 FIRST, LAST, SPEED, LOG, STATED, SURPRISE, SUSPECT, CLAIMED, STILL, GRAIN, DRIFT, EACH = range(12)  # of each coordinate
 SCALES = (*(4.0**k for k in range(-2, 6)), 4.0**6)  # of the predictive density's tails; the last is that of wild plots
 TAILS = len(SCALES)
@@ -116,7 +116,7 @@ def circle_size(C):
 TRACK = Layout(
     *numbers(
         "head",
-        seen="plots seen",
+        seen="plots seen; fewer once they come faster than before: what is learnt of them begins anew",
         time="of the last",
         period="log of the typical time between plots",
         gap="and of the last",
@@ -126,6 +126,7 @@ TRACK = Layout(
         suspected="time from the last plot to one that may be wild and waits for the next; 0 where none does",
         doubt="how likely that one is wild",
         lead="chi-squared by which plots lead away from straight flight",
+        pace="log of the shortest time between plots at which their noise was learnt",
     ),
     Field(
         "plots",

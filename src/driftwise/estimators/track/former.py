@@ -1,6 +1,7 @@
 """Rows and tables of tracks as they were before one of the members went by legs: what was learnt goes on.
 
-Members that are none any more are left out. Those that are keep their state; legs begin from the turn that stays.
+Members that are none any more are left out. Those that are keep their state; legs begin from the turn that stays. Later
+rows had no pace: what was typical of the time between plots is taken for it.
 """
 
 from __future__ import annotations
@@ -19,17 +20,34 @@ def members(C: int) -> int:
     return LINEAR + (CIRCLES if C == 2 else 0) + POLES
 
 
+def sizes(C: int) -> tuple[int, int]:
+    """Return how many numbers a row had: before one went by legs, and before a row had a pace."""
+    return size(C), bank.row_size(C) - 1
+
+
 def size(C: int) -> int:
-    """Return how many numbers a row had."""
+    """Return how many numbers a row had before one went by legs."""
     circular = CIRCLES * bank.circle_size(C) if C == 2 else 0
-    return bank.row_at(C).weights + members(C) + LINEAR * bank.LINEAR * C + circular + POLES * bank.pole_size(C)
+    return _weights(C) + members(C) + LINEAR * bank.LINEAR * C + circular + POLES * bank.pole_size(C)
 
 
 def rows(C: int, found: np.ndarray) -> np.ndarray:
     """Return rows of states, (.., numbers), with today's members; those of any other size as they are."""
-    if not found.ndim or found.shape[-1] != size(C):
+    if found.ndim and found.shape[-1] == size(C):
+        found = _of_today(C, found)
+    if not found.ndim or found.shape[-1] != sizes(C)[1]:
         return found
-    ends = np.cumsum([bank.row_at(C).weights, members(C), LINEAR * bank.LINEAR * C, size(C)])
+    return np.insert(found, bank.PACE, found[..., bank.PERIOD], axis=-1)
+
+
+def _weights(C: int) -> int:
+    """Return where the weights stood: a row had no pace."""
+    return bank.row_at(C).weights - 1
+
+
+def _of_today(C: int, found: np.ndarray) -> np.ndarray:
+    """Return rows with today's members."""
+    ends = np.cumsum([_weights(C), members(C), LINEAR * bank.LINEAR * C, size(C)])
     head, weights, linear, rest = np.split(found, ends[:3], axis=-1)
     last = rest.shape[-1] - POLES * bank.pole_size(C)
     weights = _chosen(weights, C, weights[..., LINEAR + KEPT_CIRCLE : LINEAR + KEPT_CIRCLE + 1])

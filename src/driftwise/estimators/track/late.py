@@ -76,13 +76,14 @@ class LatePlots(Portable):
 
     def carried_over(self, rows) -> np.ndarray:
         """Return rows of states, whose estimator's are of a former layout, as they are laid out now."""
-        was, counts = former.size(self.estimator.coordinates), len(COUNTS)
-        end = counts + (1 + self.plots) * was
-        if not rows.ndim or rows.shape[-1] != end + self.plots * self.buffer.numbers:
-            return rows
-        kept = self.estimator.carried_over(rows[..., counts:end].reshape(*rows.shape[:-1], 1 + self.plots, was))
-        kept = kept.reshape(*rows.shape[:-1], -1)
-        return np.concatenate([rows[..., :counts], kept, rows[..., end:]], axis=-1)
+        counts = len(COUNTS)
+        for was in former.sizes(self.estimator.coordinates):
+            end = counts + (1 + self.plots) * was
+            if rows.ndim and rows.shape[-1] == end + self.plots * self.buffer.numbers:
+                kept = rows[..., counts:end].reshape(*rows.shape[:-1], 1 + self.plots, was)
+                kept = self.estimator.carried_over(kept).reshape(*rows.shape[:-1], -1)
+                return np.concatenate([rows[..., :counts], kept, rows[..., end:]], axis=-1)
+        return rows
 
     def start(self) -> np.ndarray:
         """Return a fresh state."""

@@ -4,6 +4,7 @@ noise        of each member and coordinate: c <- c + g (min(e^2/S, 9) - 1) c, ab
              was wild it falls at once where two plots are near what is expected
 variance     of a plot, from the second differences of the first twelve
 tails        a plot is shared out among the scales that may have made it
+pace         plots that come faster than any so far have less noise than what was learnt of it: as at the start
 lattice      a step that equals the one before it shows no error; the first that does not shows the lattice
 lines        a plot on the line of those before it was drawn by a publisher, and shows no error either
 """
@@ -29,6 +30,9 @@ LOG_MEAN = 1.27  # -E log z^2, z normal
 EVEN = bank.SCALES.index(1.0)  # the scale of what errs as expected
 LEARNT_BY = 12  # plots: the variance of a plot is then left to the noise of each member
 PERIODS = 50.0  # plots by which the typical time between plots is known
+FASTER = 2.5  # than plots have come so far: their noise is learnt anew, ..
+KNOWN, ANEW = 8.0, 6.0  # .. once so many plots were seen, as if only these had been
+PACES = 200.0  # plots in which the shortest time between them is forgotten
 FINEST, COARSEST = 1e-6, 1e6  # a plot's standard deviation, of what is fast for the class between two plots
 UNSEEN = 3.8  # s of what is fast: error on a lattice whose step is unknown, any from 2 ms of it to a minute, rms
 PRIOR = (0.1, 0.4, 2.0, 0.25, 0.06, 0.02, 0.01, 0.005, 0.05)  # plots that each scale of the tails is worth beforehand
@@ -73,7 +77,7 @@ def sane(task, row, T, R, c):
 @kernel
 def start_members(task, row, d, C, unit):
     """Start the bank.members on the first plot, now that the time to the second is known."""
-    row[bank.PERIOD] = row[bank.GAP] = log(d)
+    row[bank.PERIOD] = row[bank.GAP] = row[bank.PACE] = log(d)
     T = bank.period(row)
     for c in range(C):
         stated = sane(task, row, T, row[bank.of_coordinate(C, bank.STATED, c)], c)
@@ -303,8 +307,21 @@ def note(row, C, d, y, told, off, exact):
 
 
 @kernel
+def follow_pace(row, d):
+    """Let the shortest time between plots follow; where plots come faster than any, all is learnt as if from ANEW on.
+
+    What an object did in a long interval and no member could follow stands in the noise, which no shorter one has.
+    """
+    now = max(log(d), row[bank.GAP])  # of two in a row the longer
+    if row[bank.SEEN] > KNOWN and now + log(FASTER) < row[bank.PACE]:
+        row[bank.SEEN] = ANEW
+    row[bank.PACE] = min(row[bank.PACE] + max(now - row[bank.PACE], 0.0) / PACES, now)
+
+
+@kernel
 def follow_period(row, C, d):
     """Let the typical time between plots follow; states that are measured in it are rescaled."""
+    follow_pace(row, d)
     before = row[bank.PERIOD]
     row[bank.PERIOD] += (log(d) - before) / min(row[bank.SEEN], PERIODS)
     if row[bank.SEEN] >= 2.0:

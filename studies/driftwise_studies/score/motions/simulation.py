@@ -83,6 +83,7 @@ def stamps(rng, scene: Scene, sensor: Sensor) -> np.ndarray:
     n, steps = scene.plots, np.ones(scene.plots)
     if scene.uneven == 2.0:
         steps = np.repeat(rng.choice([1.0, 3.0, 10.0], n // 10 + 1), 10)[:n]
+    steps[: scene.handover[0]] *= scene.handover[1]
     time = sensor.first + sensor.scan * np.cumsum(steps)
     if scene.uneven != 2.0:
         time = time + sensor.scan * scene.uneven * rng.uniform(-1, 1, n)
