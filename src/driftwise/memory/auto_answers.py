@@ -104,6 +104,12 @@ def try_out(memory, parts, e, R, evidence, rho, outliers, view, least):
     return rho
 
 
+@kernel
+def left_to_drift(trial, verdict):
+    """Return how much of a sample speeds are learnt from: what may be a jump or louder noise says nothing of drift."""
+    return 0.0 if verdict != NOTHING else 1.0 - trial.shown[0] - trial.shown[1] - trial.shown[2]
+
+
 @rare
 def tell_moment(memory, parts, view):
     """Tell a jump of one parameter at some moment of the last samples; the bank is what jumped."""
@@ -158,7 +164,8 @@ def adapt_auto(memory, state, e, R, view):
         unfold(own.bank, own.dense, N)
     error, spread, own_s2, part = own.logs[M], own.logs[M + 1], own.logs[M + 2], own.logs[M + 3]
     follow(learner, view.psi, view.b, error, spread, own_s2, part, view.c)
-    if drift.head[SEEN] > 2.0 * N and not is_unexcited:
+    climbs = drift.head[SEEN] > 2.0 * N and not is_unexcited
+    if climbs and memory.has_state == 0.0:
         climb(memory, learner, error / math.sqrt(own_s2 * spread), part)
     head[VERDICT] = NOTHING
     if is_early and drift.head[SEEN] > 2.0 * N:
@@ -166,7 +173,7 @@ def adapt_auto(memory, state, e, R, view):
         if has_won and not is_explained(trial, parts.second):
             let_start(memory, parts.second, own.bank, own.dense, learner, own.P)
             end_trial(trial)
-            is_on = False
+            is_on = climbs = False
     if is_on:
         rho = try_out(memory, parts, e, R, evidence, rho, outliers, view, least)
     elif trial.head[AGE] > 0.0:  # at rest nothing is decided, and what was probable stays so
@@ -174,6 +181,8 @@ def adapt_auto(memory, state, e, R, view):
         unfold(trial.copies, trial.dense, N)
     else:
         show_none(trial)
+    if climbs and memory.has_state > 0.0:
+        climb(memory, learner, error / math.sqrt(own_s2 * spread), part * left_to_drift(trial, head[VERDICT]))
     if head[VERDICT] != NOTHING:
         forget_moments(parts.moments)
     elif looks_back:

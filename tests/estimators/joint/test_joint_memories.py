@@ -6,6 +6,7 @@ from scipy.signal import lfilter
 
 import driftwise as dw
 from driftwise import memory as m
+from driftwise.memory.auto_state import open_parts
 
 A, B, SIGMA = [-1.5, 0.7], [1.0, 0.5], 0.1
 
@@ -220,3 +221,21 @@ def test_after_a_jump_the_samples_that_are_half_old_teach_nothing_wrong():
         assert len(trace.jumps()) >= 1
         wrong.append(np.abs(trace.parameters[-1] - theta).max())
     assert np.median(wrong) < 0.03 and max(wrong) < 0.15
+
+
+def test_what_may_be_a_jump_teaches_no_speed_of_drift():
+    """A jump of b1 by 2.5 deviations of the noise, twenty records: speeds rose fourfold, now twofold."""
+    rises = []
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        u, v = rng.standard_normal(340), 0.2 * rng.standard_normal(340)
+        y, x = np.zeros(340), 0.0
+        for t in range(340):
+            y[t] = x + v[t]
+            x = 0.7 * y[t] + (0.5 if t < 300 else 1.0) * u[t]
+        est = dw.Joint(1, 1, noise=dw.models.EquationError(), memory=dw.AutoMemory()).scaled_to(y, u)
+        before = est.scan(y[:300], u[:300]).state
+        after = est.scan(y[300:], u[300:], state=before).state
+        learnt = [np.ravel(open_parts(None, state["memory_state"].ravel(), 2).learner.eta) for state in (before, after)]
+        rises.append(np.mean(learnt[1] - learnt[0]))
+    assert np.mean(rises) < 1.0
