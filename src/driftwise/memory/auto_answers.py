@@ -15,6 +15,7 @@ from .auto_constants import (
     ISOLATED,
     LEARNT,
     STILL_LOUD,
+    SURPRISE,
     SUSPECT,
     SUSPECT_FREQUENT,
     TRUSTED,
@@ -123,6 +124,19 @@ def tell_moment(memory, parts, view):
 
 
 @kernel
+def is_awake(memory, drift, trial, is_surprise):
+    """Say whether a sample of a plant at rest counts as any other, and let it.
+
+    A constant acts at rest as ever: where one is estimated a surprise is one, and the trial that it begins goes on.
+    """
+    if memory.moving == drift.ms.size or (trial.head[AGE] == 0.0 and not is_surprise):
+        return False
+    drift.head[UNEXCITED] = 0.0
+    drift.head[SEEN] += 1.0
+    return True
+
+
+@kernel
 def adapt_auto(memory, state, e, R, view):
     """Let bank, learner and trial see a sample; theta and P become those of what is shown; return T."""
     theta, U, D, s2, parts = view.theta, view.U, view.D, view.s2, open_parts(memory, state, view.D.size)
@@ -130,6 +144,8 @@ def adapt_auto(memory, state, e, R, view):
     N, M, T = D.size, MODES, predicted_variance(view.f, D, R)
     is_first = drift.head[SEEN] == 0.0
     is_unexcited = excite(memory, drift, view.row)
+    if is_unexcited and is_awake(memory, drift, trial, e * e > SURPRISE * s2 * T):
+        is_unexcited = False
     if follow_resolution(parts.resolution, view.y, is_first) and not is_unexcited:
         is_unexcited = rest(drift)
     least = least_variance(parts.resolution) / memory.R

@@ -52,6 +52,8 @@ WIDE, WIDEST = 16.0, 4e6  # variance of a jump, in units: four deviations; or if
 # shared among the parameters: who is allowed more than outliers are would have them all
 FAR, RAREST = 256.0, -1.0  # jumps beyond that variance become rarer (Cauchy's tail), by so many logs at most: wrong
 # numbers do not, and the next sample decides
+LAG_JUMP = 0.3  # variance of a jump of what a past output counts for, at most: stable plants leave it little room. A y
+# at rest is its noise, and so many deviations of that would carry the next y, once it has left its level, anywhere
 LONE = (
     5.0  # variance of a jump of one parameter, to weigh it: a wider one makes small jumps improbable; large ones tell
 )

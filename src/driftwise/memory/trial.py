@@ -18,6 +18,7 @@ from .auto_constants import (
     FREED_FREEDOM,
     FRESH,
     HOPELESS,
+    LAG_JUMP,
     LOUD,
     LOUD_FREEDOM,
     OLD,
@@ -117,9 +118,15 @@ def begin_trial(memory, trial, bank, unit, M, surprise, b):
         freed.own[FREEDOM], freed.own[CHI2] = FREED_FREEDOM, FREED_FREEDOM * head[BEFORE]
     spread = max(WIDE, min(surprise, WIDEST) / N)
     trial.found[FREED] = max(min(0.5 * log(FAR / spread), 0.0), RAREST)
+    narrower = 1.0
     for i in range(N):
-        widen_within(freed.U, freed.D, i, spread * unit[i], memory.cap[i], b)
+        widen = spread * unit[i]
+        if i < memory.past and widen * head[BEFORE] > LAG_JUMP:
+            narrower = max(narrower, widen * head[BEFORE] / LAG_JUMP)
+            widen = LAG_JUMP / head[BEFORE]
+        widen_within(freed.U, freed.D, i, widen, memory.cap[i], b)
         trial.score[i] = trial.known[i] = 0.0
+    trial.found[FREED] += max(-0.5 * log(narrower), RAREST)
     for i in range(N * N):
         trial.F[i] = 1.0 if i % (N + 1) == 0 else 0.0
     head[GAP] = 1.0 if is_surprise else WINDOW
