@@ -17,6 +17,7 @@ _HOME = {
     "OE": "armax.estimator",
     "BJ": "armax.estimator",
     "Regression": "arx.regression",
+    "SeasonalARX": "seasonal.estimator",
     "ARXMIMO": "arx_mimo.estimator",
     "Joint": "joint.estimator",
     "JointMIMO": "joint_mimo.estimator",
