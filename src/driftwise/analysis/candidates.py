@@ -12,6 +12,7 @@ from ..detect.self_starting import SelfStarting
 from ..estimators.armax.estimator import ARMA, ARMAX, OE
 from ..estimators.arx.estimator import AR, ARX
 from ..estimators.joint.estimator import Joint
+from ..estimators.seasonal.estimator import SeasonalARX
 from ..memory.auto import AutoMemory
 from ..memory.constant import Constant
 from ..memory.exponential_forgetting import ExponentialForgetting
@@ -41,13 +42,16 @@ ROWS, WIDEST = (
 )  # measured outputs for each unknown that these take; the most unknowns, which bounds what they cost
 NONE = [1, 2, 3, 5, 8]  # na with none
 COLOURED = [1, 2, 3]  # orders of ARMAX, OE and Joint
+SEASONAL = "SeasonalARX"
+LAST, MEAN = 1.0, 0.1  # gain of a profile that is the last season, and of one that is the mean of about ten
+BESIDE = [1, 3]  # na and nb beside a season
 DELAYED = [(1, 1, 0), (2, 2, 0), (3, 3, 0), (4, 4, 0), (4, 8, 3)]  # na, nb, and how much before a delay that was found
 
 
 class Candidate(NamedTuple):
     """One structure: what it is called, its kind, and its orders as keyword arguments."""
 
-    kind: str  # level, AR, ARX, ARMA, ARMAX, OE or Joint
+    kind: str  # level, AR, ARX, SeasonalARX, ARMA, ARMAX, OE or Joint
     orders: dict[str, Any]
     inputs: int
     dt: float
@@ -57,12 +61,19 @@ class Candidate(NamedTuple):
         """What to call it: ARX(2,2,1)."""
         if self.kind == LEVEL:
             return LEVEL
+        if self.kind == SEASONAL:
+            return _seasonal_name(**self.orders)
         return f"{self.kind}({','.join(map(_written, self.orders.values()))})"
 
     @property
     def is_linear(self) -> bool:
         """Whether its regressors are data, so that any memory fits it at little cost."""
-        return self.kind in ("AR", "ARX")
+        return self.kind in ("AR", "ARX", SEASONAL)
+
+    @property
+    def seasons(self) -> tuple[int, ...]:
+        """The seasons it knows of, in samples."""
+        return self.orders.get("season", ())
 
     @property
     def follows(self) -> bool:
@@ -75,7 +86,7 @@ class Candidate(NamedTuple):
             return AR(0, memory=JUMPS, offset=True, dt=self.dt, **sizes)
         if self.kind == JOINT:
             return self._joint(memory, **sizes)
-        kinds: dict[str, Any] = {"AR": AR, "ARX": ARX, "ARMA": ARMA, "ARMAX": ARMAX, "OE": OE}
+        kinds: dict[str, Any] = {"AR": AR, "ARX": ARX, SEASONAL: SeasonalARX, "ARMA": ARMA, "ARMAX": ARMAX, "OE": OE}
         return kinds[self.kind](**self.orders, memory=memory, offset=True, dt=self.dt, **sizes)
 
     def _joint(self, memory, **sizes) -> Joint:
@@ -97,16 +108,20 @@ class Candidate(NamedTuple):
     @property
     def reach(self) -> int:
         """The most past outputs, or coefficients of an input."""
-        return max(
-            (max(v) if isinstance(v, tuple) else v for name, v in self.orders.items() if name != "nk"), default=0
-        )
+        return max((max(v, default=0) if isinstance(v, tuple) else v for v in self._lags.values()), default=0)
 
     @property
     def unknowns(self) -> int:
         """How many parameters it has, the offset among them; a state is none."""
         if self.kind == JOINT:  # a, b of each input, c
             return self.orders["order"] * (self.inputs + 2) + 1
-        return 1 + sum(sum(v) if isinstance(v, tuple) else v for name, v in self.orders.items() if name != "nk")
+        own = sum(sum(v) if isinstance(v, tuple) else v for v in self._lags.values())
+        return 1 + own + self.orders.get("lags", 0) * len(self.seasons)
+
+    @property
+    def _lags(self) -> dict[str, Any]:
+        """How many past outputs, coefficients of each input, .. there are, without delays and what is of a season."""
+        return {name: v for name, v in self.orders.items() if name not in ("nk", "season", "gain", "lags")}
 
 
 def _written(orders) -> str:
@@ -116,11 +131,24 @@ def _written(orders) -> str:
     return str(orders[0]) if len(set(orders)) == 1 else "/".join(map(str, orders))
 
 
-def candidates(inputs: int, dt: float = 1.0, delays: tuple[int, ...] = (), samples: int = 0) -> list[Candidate]:
+def _seasonal_name(na, nb, nk, season, gain, lags) -> str:
+    """Return SeasonalARX(3; 24, 168): past outputs, coefficients and delay of inputs; seasons, or the last of each."""
+    orders = [str(na), *map(_written, (nb, nk) if nb else ())]
+    return f"{SEASONAL}({','.join(orders)}; {'last ' * (gain == LAST)}{', '.join(map(str, season))})"
+
+
+def candidates(
+    inputs: int,
+    dt: float = 1.0,
+    delays: tuple[int, ...] = (),
+    samples: int = 0,
+    seasons: tuple[int, ...] = (),
+) -> list[Candidate]:
     """Return the structures that compete for a record with so many inputs, those with fewer parameters first.
 
     ``delays`` (k,) are those that the record shows, where the usual ones do not hold them: models with them compete
     as well. ``samples`` are the measured outputs to learn from: the longest equations of several inputs need many.
+    ``seasons`` are those to look for, in samples, all in one model.
     """
     k, found = inputs, []
 
@@ -136,6 +164,9 @@ def candidates(inputs: int, dt: float = 1.0, delays: tuple[int, ...] = (), sampl
     long = [orders for orders in LONG if k > 1 and orders[0] + k * orders[1] + 1 <= min(samples / ROWS, WIDEST)]
     for na, nb, nk in (ONE if k == 1 else SEVERAL + long) if k else []:
         add("ARX", na=na, nb=(nb,) * k, nk=(nk,) * k)
+    for n in BESIDE if seasons else []:
+        for gain in (LAST, MEAN):
+            add(SEASONAL, na=n, nb=(n,) * k, nk=(0,) * k, season=seasons, gain=gain, lags=n + 1)
     if delays:
         for na, nb, before in DELAYED:
             add("ARX", na=na, nb=(nb,) * k, nk=tuple(max(d - before, 0) for d in delays))

@@ -21,9 +21,11 @@ from .change_log import surest
 from .effects import is_known
 from .forecast_verdicts import whiteness_verdict
 from .identifier import CLOSE
+from .seasons import season_words
 
 FAST = 0.05  # a pole below that is over within a sample
 SHOWN = 3  # changes that are named, the surest
+HELPS = 0.05  # of the error variance, that a season has to take away to be spoken of
 TABLE = "column", "clock", "table"  # kinds of claims that are about the table
 
 
@@ -155,6 +157,17 @@ def _gains(found) -> Iterator[Claim]:
         yield Claim("gain", ", ".join(open_), say.no_gain_words(open_, found.effects.is_endless))
 
 
+def season_claims(found) -> Iterator[Claim]:
+    """Claim how much a season helps where the chosen model has one: beside the best forecast of those without."""
+    seasons = found.chosen.candidate.seasons
+    others = [rival.rmse for rival in found.rivals if not rival.candidate.seasons]
+    if seasons and found.is_judged and found.is_useful:
+        share = 1 - (found.chosen.rmse / min(others)) ** 2
+        if share > HELPS:
+            text = say.season_sentence(season_words(seasons, found.table), share)
+            yield Claim("season", ", ".join(map(str, seasons)), text, share)
+
+
 def change_claims(found) -> Iterator[Claim]:
     """Claim that the noise grows with the level; and what changed, and when, or that nothing did."""
     if found.growth.power:
@@ -214,5 +227,5 @@ def table_part(found) -> Iterator[Claim]:
 
 
 CLAIMS: tuple[Any, ...] = (
-    reading_claims, plant_claims, change_claims, forecast_claims, note_claims, choice_claims, table_part,
+    reading_claims, plant_claims, season_claims, change_claims, forecast_claims, note_claims, choice_claims, table_part,
 )  # fmt: skip

@@ -29,6 +29,7 @@ from .forecast_summary import ForecastSummary, Own
 from .forecast_verdicts import whiteness_verdict
 from .growing_noise import STEADY, Growth
 from .identifier import Identifier, Rival
+from .seasons import of_table
 from .segmentation import Visible
 
 CLEARLY = 0.98  # of the error of all models together: so much less, and the chosen one's own forecast is quoted
@@ -271,11 +272,14 @@ class Finder:
         What the columns are.
     origin : str, optional
         Time stamp (ISO 8601) of second 0, so that changes have dates.
+    seasons : tuple of int, optional
+        Samples of each season that the output may have; those that the clock suggests, if omitted.
     """
 
-    def __init__(self, table: Table, origin: str | None = None):
+    def __init__(self, table: Table, origin: str | None = None, seasons: tuple[int, ...] | None = None):
         self.table, self.origin = table, origin
-        self.identifier = Identifier(len(table.inputs), table.dt)
+        seasons = of_table(table) if seasons is None else seasons
+        self.identifier = Identifier(len(table.inputs), table.dt, seasons)
         self.summary: Any = None
         self.forecast_summary: Any = None
         self.own_summary: Any = None
@@ -321,7 +325,8 @@ class Finder:
                 return found
         found = of_model(self.estimator.model_of(self.summary.state), len(self.table.inputs), self.summary.observed)
         white = whiteness_verdict(self.summary.whiteness, self.summary.observed)
-        return found if white.is_fine else found.unknown()
+        is_of_deviations = bool(self.identifier.chosen.candidate.seasons)  # from a season that follows the output
+        return found.unknown() if is_of_deviations or not white.is_fine else found
 
     def found(self, trace: ParameterTrace, forecast: AverageTrace, losses=(), breaks=()) -> Identification:
         """Return the answer; trace and forecast may be thinned out, the rest is what reading the table brought up."""

@@ -107,6 +107,16 @@ def no_change_words(level: float, gains: dict[str, float], noise: float) -> str:
     return f"No jump was found; one {listed(found).replace(' and ', ' or ')}, outside of its edges, would have been."
 
 
+def season_sentence(seasons: str, share: float) -> str:
+    """Return how much smaller errors are with a season.
+
+    >>> season_sentence("A season of 12 samples (a year)", 0.813)
+    'A season of 12 samples (a year) takes 81 % off the error variance of the best model without one.'
+    """
+    verb, without = ("takes", "one") if seasons.startswith("A ") else ("take", "any")
+    return f"{seasons} {verb} {100 * share:.0f} % off the error variance of the best model without {without}."
+
+
 def growth_words(power: float, share: float) -> str:
     """Return that the noise grows with the level.
 

@@ -16,6 +16,7 @@ from ..memory.exponential_forgetting import ExponentialForgetting
 from ..memory.restart_on_change import RestartOnChange
 from .candidates import LEVEL, Candidate, candidates
 from .delays import shown_delays
+from .seasons import held
 
 PILOT, MOVED = 200, 10  # samples that set the units, and how many of each column differ from its first; at most half
 NARROW, KEEP = 16_384, 4  # samples after which so many structures go on
@@ -52,9 +53,12 @@ class Identifier:
     inputs : int
     dt : float
         Seconds between samples.
+    seasons : tuple of int
+        Samples of each season that y may have; of those that the first piece holds three times, models compete.
     """
 
-    def __init__(self, inputs: int = 0, dt: float = 1.0):
+    def __init__(self, inputs: int = 0, dt: float = 1.0, seasons: tuple[int, ...] = ()):
+        self.seasons = seasons
         self.inputs, self.dt = validation.count("inputs", inputs), validation.size("dt", dt)
         self.candidates: list[Candidate] = []
         self._members: list[tuple[Candidate, Any]] = []
@@ -92,7 +96,8 @@ class Identifier:
         self.pilot = y[pilot].copy(), u[pilot].copy() if self.inputs else None
         half = slice(max(len(y) // 2, 1))  # what follows is forecast by who has not seen it
         measured = int(np.isfinite(y).sum())
-        self.candidates = candidates(self.inputs, self.dt, shown_delays(y[half], u[half]), measured)
+        delays, seasons = shown_delays(y[half], u[half]), held(self.seasons, measured)
+        self.candidates = candidates(self.inputs, self.dt, delays, measured, seasons)
         self._members = [(c, memory) for c in self.candidates for memory in c.memories]
         center, sizes = self._units()
         members = [c.estimator(memory, **sizes) for c, memory in self._members]

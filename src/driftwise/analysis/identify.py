@@ -10,9 +10,17 @@ from ..tables.autoread import gathered
 from .directions import read_settled
 from .identification import Finder
 from .identifier import joined
+from .seasons import checked
 
 
-def identify(data, output: str | None = None, input=None, time: str | None = None, dt: float | None = None):
+def identify(
+    data,
+    output: str | None = None,
+    input=None,
+    time: str | None = None,
+    dt: float | None = None,
+    season=None,
+):
     """Return what a record says about the plant behind it: model, changes, forecast, verdicts; nothing to tune.
 
     Parameters
@@ -24,6 +32,9 @@ def identify(data, output: str | None = None, input=None, time: str | None = Non
         left out is recognised by name and behaviour, and said.
     dt : float, optional
         Seconds between rows, where no column says so.
+    season : int, or several, optional
+        Samples of a season that the output may have: 12 of months, (24, 168) of hours. If omitted, day, week and year
+        as the clock suggests them; () for none.
 
     Returns
     -------
@@ -38,9 +49,9 @@ def identify(data, output: str | None = None, input=None, time: str | None = Non
 
     Notes
     -----
-    Candidates (AR, ARX, ARMA, ARMAX, OE, Joint; orders and delays) predict every sample from those before; the one with
-    the fewest parameters among the most likely is taken (prequential evidence, Dawid 1984) and followed with
-    `AutoMemory`, which tells drift, jumps and outliers. The forecast is made from all candidates (`ModelAverage`).
+    Candidates (AR, ARX, SeasonalARX, ARMA, ARMAX, OE, Joint; orders and delays) predict every sample from those before;
+    the one with the fewest parameters among the most likely is taken (prequential evidence, Dawid 1984) and followed
+    with `AutoMemory`, which tells drift, jumps and outliers. The forecast is made from all candidates (`ModelAverage`).
 
     Bad at: several outputs (one is taken), nonlinear plants, delays beyond a quarter of the settling time and forty
     samples, inputs that follow the output in closed loop without excitation of their own: ``found.validate()`` names
@@ -54,8 +65,9 @@ def identify(data, output: str | None = None, input=None, time: str | None = Non
     >>> found.chosen.name, found.table.output
     ('ARX(2,2,1)', 'temperature')
     """
+    seasons = checked(season)
     table, stretches = read_settled(data, output, input, time, dt=dt)
-    finder = Finder(table, stretches.origin)
+    finder = Finder(table, stretches.origin, seasons)
     forecasts: list[Any] = []
     traces: list[Any] = []
     for piece in gathered(stretches):

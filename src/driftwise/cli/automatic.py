@@ -31,6 +31,7 @@ class AutomaticJob(RunOptions, RecordJob):
                 f"--output was given {len(self.outputs)} times ({', '.join(self.outputs)}), and one output is "
                 "identified at a time: run once for each, the other perhaps as an --input."
             )
+        _ = self.seasons  # refused before the table is read
         super().check()
 
     def estimate(self) -> None:
@@ -47,7 +48,7 @@ class AutomaticJob(RunOptions, RecordJob):
         table, segments = read_settled(self.file, output, inputs, self.time, self.chunk, dt=self.dt)
         if table.is_ambiguous and not self.take_best:
             ask(table, self)
-        finder = Finder(table, segments.origin)
+        finder = Finder(table, segments.origin, self.seasons)
         with Saver(self.save) as saver, reading(segments.table.source, "identifying") as advance:
             try:
                 for piece in gathered(self._within(table, segments), self.chunk):

@@ -13,6 +13,7 @@ from driftwise.cli.job import RecordJob
 from driftwise.cli.observe import ObserveJob
 from driftwise.cli.own_matrices import MatricesJob
 from driftwise.cli.run_options import RunOptions
+from driftwise.engine.errors import CommandError
 
 
 class RunJob(RunOptions):
@@ -39,6 +40,8 @@ class RunJob(RunOptions):
             kind = AutomaticJob
         else:
             kind = EstimateJob
+        if self.season is not None and kind is not AutomaticJob:
+            raise CommandError("--season: seasons are looked for where the model is found out; name no model or plant.")
         kind(**{field.name: getattr(self, field.name) for field in fields(self)}).run()
 
 

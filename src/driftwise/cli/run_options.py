@@ -156,6 +156,14 @@ class RunOptions:
         float | None,
         typer.Option(metavar="SECONDS", help="Seconds between samples; taken from --time if omitted, else 1."),
     ] = None
+    season: Annotated[
+        str | None,
+        typer.Option(
+            metavar="SAMPLES|none",
+            help="Seasons of the output to look for where the model is found out, in samples: 12, or 24,168. Day, week "
+            "and year as the clock suggests them, unless told otherwise.",
+        ),
+    ] = None
     save: Annotated[
         str | None, typer.Option(metavar="FILE", help="Write the trace, sample by sample, to this .parquet or .csv.")
     ] = None
@@ -201,6 +209,21 @@ class RunOptions:
         if self.orders is None and self.order != "auto":
             return []
         return orders(AUTO if self.orders is None else self.orders)
+
+    @property
+    def seasons(self) -> tuple[int, ...] | None:
+        """Samples of each season to look for; None: as the clock suggests."""
+        from driftwise.analysis.seasons import checked
+
+        if self.season in (None, "none"):
+            return None if self.season is None else ()
+        lengths = [whole(text.strip()) for text in str(self.season).split(",")]
+        if None in lengths:
+            raise CommandError(f"--season must be samples, such as 12 or 24,168, or none, got {self.season!r}.")
+        try:
+            return checked(tuple(lengths))
+        except InputError as error:
+            raise CommandError(f"--season: {error}") from None
 
     @property
     def lag(self) -> int | None:

@@ -88,7 +88,7 @@ class ValidateJob(TableJob):
             raise InputError(f"{self.file}: no row can be read.")
         time, y, u = (np.concatenate(part)[:MOST] for part in zip(*parts))
         if self.model is None:
-            finder = Finder(table, segments.origin)
+            finder = Finder(table, segments.origin, ())  # a season is no input that is held
             _, trace = finder.add(time, y, u)
             self.name = finder.identifier.chosen.name
             center = finder.identifier.center

@@ -144,14 +144,22 @@ class SeasonalARX(ARX):
         row, short = self._rows(state)[0], min(self.seasons)
         now, kept = row[:width].copy().view(self.inner.dtype).reshape(()), row[width:]
         wide = np.concatenate([u, np.empty((h, len(self.seasons)))], axis=1)
-        z, theta = Past(self.inner, row[:width]).z, np.array(now["theta"])[None]
+        z = Past(self.inner, row[:width]).z if h > short else None
         for first in range(0, h, short):
             part = slice(first, first + short)
-            self._follow(kept.copy(), np.full(len(u[part]), np.nan), wide[part, k:])
-            if h > part.stop:  # what is forecast is learnt as if it were measured
-                mean = run(self.inner.policies[0], theta, z.copy()[None], wide[: part.stop], np.ones(1))[0]
+            self._show(kept, wide[part, k:])
+            if h > part.stop and z is not None:  # what is forecast is learnt as if it were measured
+                form, theta = self.inner.policies[0], now["theta"].reshape(1, -1).copy()
+                mean = run(form, theta, z.reshape(1, -1).copy(), wide[: part.stop], np.ones(1))[0]
                 self._follow(kept, mean[part], wide[part, k:])
         return self.inner.predict(now, wide)
+
+    def _show(self, kept, shown):
+        """Fill what profiles say of the samples to come, (h, m), no more than the shortest season."""
+        to_come, at = int(kept[0]) + np.arange(len(shown)), 1
+        for l, s in enumerate(self.seasons):
+            shown[:, l] = kept[at : at + s][to_come % s]
+            at += s
 
     def _follow(self, kept, y, shown):
         """Fill what profiles say of each sample, (T, m), and let them follow y (T,); ``kept`` is behind a state."""

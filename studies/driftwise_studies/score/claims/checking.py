@@ -20,7 +20,7 @@ from .tables import Written
 TRUE, FALSE, VACUOUS, UNCHECKED = "true", "false", "vacuous", "unchecked"
 STRETCH, NEAR, WIDE = 1.5, 0.2, 2.0
 TELLABLE = float(np.log(100.0))  # log odds of the oracle beyond which a change is there for everybody
-FOLLOWS = re.compile(r"level|ARX?\(")  # the models that are shown with a memory that follows a change
+FOLLOWS = re.compile(r"level|(Seasonal)?ARX?\(")  # the models that are shown with a memory that follows a change
 MONTHS = 0.05  # by which the time between rows may differ from row to row, as that of months
 SLACK = 10  # samples by which a change may be dated wrong, beside the time the plant takes to answer
 
@@ -313,6 +313,13 @@ def grows(case: Case, claim) -> str:
     return FALSE
 
 
+def season(case: Case, claim) -> str:
+    """There is one, and as many samples as are said are one or several of it."""
+    period = case.plant.season[1]
+    turns = [int(s) / period for s in claim["subject"].split(", ")] if period else []
+    return _said(any(round(n) >= 1 and abs(n - round(n)) < 0.05 * n for n in turns))
+
+
 def _warns(case: Case, what: str) -> bool:
     return any(what in claim["subject"] or what in claim["text"] for claim in case.answer["claims"])
 
@@ -320,5 +327,5 @@ def _warns(case: Case, what: str) -> bool:
 RULES: dict[str, Callable[[Case, Any], str]] = {
     "column": column, "clock": clock, "table": table, "plant": plant, "gain": gain, "time constant": time_constant,
     "pole": pole, "delay": delay, "change": change, "forecast": forecast, "model choice": model_choice, "note": note,
-    "noise": grows,
+    "noise": grows, "season": season,
 }  # fmt: skip

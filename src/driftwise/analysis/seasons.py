@@ -1,0 +1,53 @@
+"""Which seasons a clock suggests: a day and a week of hours, a week of days, a year of months."""
+
+from __future__ import annotations
+
+from ..estimators.seasonal.estimator import season_lengths
+from ..results.numbers import listed
+from ..tables.recognise import Table
+
+DAY = 86_400.0
+SEASONS = (
+    ("day", DAY, 4, 288),
+    ("week", 7 * DAY, 7, 672),
+    ("year", 365.2425 * DAY, 4, 12),
+)  # what comes again, its seconds, and the fewest and most samples that it may be
+NEAR = 0.005  # of a season, by which it may be no whole number of samples
+SEEN = 3  # seasons that a record must hold
+
+
+def of_clock(dt: float) -> tuple[int, ...]:
+    """Return the seasons that are usual at such a distance of samples, in samples.
+
+    >>> of_clock(3600.0), of_clock(86_400.0), of_clock(900.0), of_clock(1.0)
+    ((24, 168), (7,), (96, 672), ())
+    """
+    return tuple(s for _, s in _named(dt))
+
+
+def of_table(table: Table) -> tuple[int, ...]:
+    """Return those of a table's clock; none of a clock whose unit is not known, or that ticks between its rows."""
+    return of_clock(table.dt) if table.timed and table.sampling.kind != "irregular" else ()
+
+
+def checked(season) -> tuple[int, ...] | None:
+    """Return seasons that a user says, in samples, as they are kept; None: the clock says."""
+    return None if season is None else season_lengths(season) if season != () else ()
+
+
+def held(seasons, samples: int) -> tuple[int, ...]:
+    """Return those that so many measured outputs hold several times."""
+    return tuple(s for s in seasons if SEEN * s <= samples)
+
+
+def season_words(seasons, table: Table) -> str:
+    """Return seasons by their samples, and by their names where a clock has them: a season of 12 samples (a year)."""
+    names = {s: name for name, s in _named(table.dt)} if table.timed else {}
+    said = [f"{s} samples" + (f" (a {names[s]})" if s in names else "") for s in seasons]
+    return f"{'A season' if len(said) == 1 else 'Seasons'} of {listed(said)}"
+
+
+def _named(dt: float) -> list[tuple[str, int]]:
+    """Return name and samples of each usual season."""
+    found = [(name, round(span / dt), span / dt, least, most) for name, span, least, most in SEASONS]
+    return [(name, s) for name, s, exact, least, most in found if least <= s <= most and abs(exact - s) <= NEAR * s]
