@@ -9,6 +9,7 @@ from driftwise.analysis import seasons
 from driftwise.analysis.candidates import candidates
 from driftwise.analysis.identifier import Identifier
 from driftwise.engine.errors import InputError
+from driftwise.tables import autoread
 
 
 def world(kind, seed):
@@ -107,3 +108,11 @@ def test_a_season_may_stand_beside_inputs():
 def test_names_of_candidates_are_different():
     names = [c.name for c in candidates(2, samples=1000, seasons=(24, 168))]
     assert len(set(names)) == len(names) and "SeasonalARX(3,3,0; last 24, 168)" in names
+
+
+def test_working_days_have_no_week_of_seven():
+    days = np.datetime64("2020-01-06") + np.arange(280)
+    days = days[np.arange(280) % 7 < 5]
+    table, _ = autoread.read({"date": days.astype("datetime64[s]"), "price": np.random.default_rng(3).normal(size=200)})
+    assert table.sampling.rest is not None
+    assert seasons.of_table(table) == ()

@@ -26,8 +26,9 @@ def of_clock(dt: float) -> tuple[int, ...]:
 
 
 def of_table(table: Table) -> tuple[int, ...]:
-    """Return those of a table's clock; none of a clock whose unit is not known, or that ticks between its rows."""
-    return of_clock(table.dt) if table.timed and table.sampling.kind != "irregular" else ()
+    """Return those of a table's clock; none where its unit is not known, or its samples are no equal parts of a week."""
+    is_even = table.sampling.kind != "irregular" and table.sampling.rest is None
+    return of_clock(table.dt) if table.timed and is_even else ()
 
 
 def checked(season) -> tuple[int, ...] | None:
