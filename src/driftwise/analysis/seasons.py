@@ -26,7 +26,7 @@ def of_clock(dt: float) -> tuple[int, ...]:
 
 
 def of_table(table: Table) -> tuple[int, ...]:
-    """Return those of a table's clock; none where its unit is not known, or its samples are no equal parts of a week."""
+    """Return those of a table's clock; none without a unit, or where samples are no equal parts of a week."""
     is_even = table.sampling.kind != "irregular" and table.sampling.rest is None
     return of_clock(table.dt) if table.timed and is_even else ()
 
