@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import driftwise as dw
+from driftwise.engine.errors import InputError
 from driftwise.tables.autoread import read
 from driftwise.tables.sampling import DAY
 
@@ -168,3 +169,9 @@ def test_a_capital_t_before_a_word_is_no_time():
     from driftwise.tables.column_roles import parse
 
     assert [("time" in parse(name).kinds) for name in ("TVadverts", "TSup", "t", "Time")] == [False, False, True, True]
+
+
+def test_a_table_of_one_row_is_refused_without_a_warning(recwarn):
+    with pytest.raises(InputError, match="no column looks like an output"):
+        read({"time": [1.0], "y": [2.0]})
+    assert not recwarn.list

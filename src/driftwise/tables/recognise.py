@@ -331,8 +331,9 @@ def _clock(columns, names: dict[str, Name], stamps: frozenset[str], wanted) -> s
             continue
         score = 3.0 if name in stamps else 2.0 if "time" in names[name].kinds else 0.0
         steps = np.diff(values[np.isfinite(values)])
-        is_late = np.mean(steps < 0) > OUT_OF_STEP and not (score >= 2.0 and starts_over(values))
-        if not np.any(steps > 0) or is_late:
+        if not np.any(steps > 0):
+            continue
+        if np.mean(steps < 0) > OUT_OF_STEP and not (score >= 2.0 and starts_over(values)):
             continue
         if score == 0.0 and "calendar" in names[name].kinds and np.all(steps >= 0) and np.mean(steps > 0) > 0.5:
             score = 1.5  # hours that go on, not those of the day
