@@ -12,7 +12,7 @@ from collections import Counter
 
 import numpy as np
 
-from . import day
+from . import day, tracked
 
 KINDS = {
     "files": (day.files, 200, "drawn files and options"),
@@ -20,6 +20,7 @@ KINDS = {
     "disks": (day.disks, 6, "disks that are full"),
     "caches": (day.caches, 4, "damaged caches"),
     "requests": (day.requests, 500, "requests to a live service"),
+    "tracks": (tracked.tracks, 200, "damaged plots in files, pipes and live sockets"),
 }
 
 

@@ -11,8 +11,21 @@ import pytest
 from hostile.trial import ENTRIES, WORDS, Outcome, faults
 
 REPOSITORY = Path(__file__).parents[2]
-PART = ["--files", "5", "--troubles", "3", "--disks", "1", "--caches", "0", "--requests", "60"]
-MORE = ["--files", "150", "--troubles", "60", "--disks", "12", "--caches", "5", "--requests", "2000"]
+PART = ["--files", "5", "--troubles", "3", "--disks", "1", "--caches", "0", "--requests", "60", "--tracks", "20"]
+MORE = [
+    "--files",
+    "150",
+    "--troubles",
+    "60",
+    "--disks",
+    "12",
+    "--caches",
+    "5",
+    "--requests",
+    "2000",
+    "--tracks",
+    "2000",
+]
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="a command is tried in a forked process")

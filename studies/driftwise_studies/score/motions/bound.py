@@ -53,6 +53,18 @@ def within_chance(nis, plots) -> np.ndarray:
     return (chi2.ppf(0.005, freedom) <= nis * freedom) & (nis * freedom <= chi2.ppf(0.995, freedom))
 
 
+def in_widened(found: list[Found], least: float = 0.8, most: float = 1.5) -> float:
+    """Return the share of long tracks whose NIS is in a band, widened by chance for each one's own number of plots.
+
+    A band is widened to its least times the lower end of the 99 % interval of an exact filter's mean NIS, and to its
+    most times the upper end: where a track would be whose true mean is at an end of the band.
+    """
+    nis, plots = np.array([(t.nis, t.plots) for f in found for t in f.tracks if t.plots >= LONG]).reshape(-1, 2).T
+    freedom = 2.0 * (plots - FIRST)
+    low, high = (chi2.ppf(part, freedom) / freedom for part in (0.005, 0.995))
+    return float(np.mean((least * low <= nis) & (nis <= most * high)))
+
+
 def by_plots(ours: list[Found], knowing: list[Found]) -> str:
     """Return the second table."""
     rows = []

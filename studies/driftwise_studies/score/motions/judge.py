@@ -15,7 +15,7 @@ from driftwise.engine.errors import InputError
 
 from ..worlds import judged
 from . import crowd
-from .bound import by_plots
+from .bound import by_plots, in_widened
 from .field import Total, by_kind, by_trouble, worst
 from .measured import play
 
@@ -67,6 +67,10 @@ def main(arguments=None) -> None:
     crowds = (crowd.play(seed, asked.crowds), crowd.play(seed, asked.crowds, patchy=True))
     tables = by_trouble(found), by_kind(found), by_plots(found, knowing), *crowds
     said = verdicts(Total(found))
+    said.append(
+        f"* of the same tracks, {in_widened(found):.3f} have a NIS in .8 to 1.5, widened by the 99 % of chance "
+        f"of their own number of plots; who is told the variance of every plot {in_widened(knowing):.3f}"
+    )
     said.append(f"* who is told the variance of every plot has {Total(knowing).good:.3f} of the first; see by plots")
     print(f"seed {seed}, {asked.scenes} scenes, {time.time() - began:.0f} s\n")
     print(*tables, "\n".join(said), "", worst(found, asked.worst), sep="\n")
