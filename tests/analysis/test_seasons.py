@@ -116,3 +116,14 @@ def test_working_days_have_no_week_of_seven():
     table, _ = autoread.read({"date": days.astype("datetime64[s]"), "price": np.random.default_rng(3).normal(size=200)})
     assert table.sampling.rest is not None
     assert seasons.of_table(table) == ()
+
+
+def test_no_mode_is_told_of_what_a_season_leaves():
+    rng, t = np.random.default_rng(7), np.arange(289)
+    cloud = np.full(289, 0.8)
+    for k in range(1, 289):
+        cloud[k] += 0.97 * (cloud[k - 1] - 0.8) + 0.03 * rng.normal()
+    sun = np.maximum(0, 0.1 - np.cos(2 * np.pi * t / 48)) * cloud
+    found = dw.identify({"time": np.datetime64("2021-05-01T00:00") + 30 * t, "sun": np.round(sun, 4)})
+    assert found.chosen.candidate.seasons == (48,)
+    assert not {claim.kind for claim in found.claims} & {"pole", "time constant"}

@@ -175,3 +175,12 @@ def test_a_table_of_one_row_is_refused_without_a_warning(recwarn):
     with pytest.raises(InputError, match="no column looks like an output"):
         read({"time": [1.0], "y": [2.0]})
     assert not recwarn.list
+
+
+@pytest.mark.parametrize(
+    "unit, step",
+    [("Y", "every 365 d"), ("M", "every 30.4 d"), ("W", "every 7 d"), ("h", "every 60 min"), ("m", "every 60 s")],
+)
+def test_stamps_of_any_unit_are_a_clock(unit, step):
+    stamps = np.datetime64("2001", unit) + np.arange(60)
+    assert read({"time": stamps, "flow": np.random.default_rng(18).normal(size=60)})[0].step == step

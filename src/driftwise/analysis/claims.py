@@ -91,7 +91,8 @@ def _dynamics(found) -> Iterator[Claim]:
         modes = [
             (p, std, angle) for (p, std), angle in zip(found.summary.moduli, angles) if abs(p) > FAST and p.imag >= 0
         ]
-        if modes and found.is_useful and _is_seen(*modes[0][:2], found):
+        is_of_deviations = bool(found.chosen.candidate.seasons)  # from a season that follows the output
+        if modes and found.is_useful and _is_seen(*modes[0][:2], found) and not is_of_deviations:
             yield from _mode(*modes[0], table)
         return
     for name, effect in zip(table.inputs, effects.of):

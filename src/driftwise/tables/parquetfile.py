@@ -126,6 +126,8 @@ def _mapped(data) -> Any:
             raise InputError(
                 f"column {name!r} has shape {array.shape}; a column is an array of one dimension. Is it a table?"
             )
+        if array.dtype.kind == "M" and np.datetime_data(array.dtype)[0] in ("Y", "M", "W", "h", "m"):
+            array = array.astype("datetime64[s]")  # units that pyarrow does not know
         try:
             columns[str(name)] = pa.array(array, from_pandas=array.dtype == object)
         except pa.ArrowException:

@@ -21,6 +21,7 @@ CHOSEN = (
     *("additive", "auto", "auto_answers", "auto_constants", "auto_shown", "auto_state", "lone_jump", "robust_start"),
     *("second_start", "suspicion"),
     *("trial", "trial_state", "verdict", "bank", "modes", "mixing", "likelihood_drift", "unknown_drift", "sensitivity"),
+    *("moments", "resolution"),
 )
 DRAWN = "system", "drawing", "simulation", "told", "measured"
 CONSTANTS = (  # where a number stands that was chosen on the choosing systems, or that makes and measures systems
