@@ -177,7 +177,7 @@ def constant(table, rng):
 @bend
 def all_missing(table, rng):
     column = int(rng.integers(len(table.names)))
-    for row in table.rows:
+    for row in filter(None, table.rows):  # one without a cell has none to miss
         row[min(column, len(row) - 1)] = ""
 
 
