@@ -6,7 +6,7 @@ import pytest
 import driftwise as dw
 from driftwise.engine.errors import InputError
 from driftwise.tables.autoread import read
-from driftwise.tables.sampling import DAY
+from driftwise.tables.clock import DAY
 
 MONTHS = "JAN FEB MAR APR MAY JUN JUL AUG SEP OCT NOV DEC".split()
 

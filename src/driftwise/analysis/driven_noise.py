@@ -84,10 +84,8 @@ def by_moves(now: Response, j: int, where: Place) -> Place:
     free, score = (np.bincount(after, own * x) for x in (own, r - less.basis @ (less.basis.T @ r)))
     part = free / max(float(free.sum()), 1e-300)
     apart = (score - part * score.sum()) ** 2 / np.maximum(1 - part, 1e-9)
-    t2, freedom = (
-        score.sum() ** 2 / max(apart.sum(), free.sum(), 1e-300),
-        max(1 / max(float(part @ part), 1e-9) - 1, 1e-9),
-    )
+    t2 = score.sum() ** 2 / max(apart.sum(), free.sum(), 1e-300)
+    freedom = max(1 / max(float(part @ part), 1e-9) - 1, 1e-9)
     most = 0.5 * (freedom + 1) * math.log1p(t2 / freedom) - (where.taken / where.calm - where.whole)
     return where._replace(log_odds=min(where.log_odds, most), slow=min(where.slow, most))
 

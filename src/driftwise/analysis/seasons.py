@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from ..estimators.seasonal.estimator import season_lengths
 from ..results.numbers import listed
+from ..tables.clock import DAY
 from ..tables.recognise import Table
 
-DAY = 86_400.0
 SEASONS = (
     ("day", DAY, 4, 288),
     ("week", 7 * DAY, 7, 672),

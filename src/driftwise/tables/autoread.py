@@ -169,9 +169,9 @@ def recognised(table: OpenTable, output=None, inputs=None, time=None, dt=None) -
         if found.sampling.duplicates > SHARED * found.rows and table.keep_one(found.time, asked(output, inputs)):
             found = recognise(_head(table, time), output, inputs, *how)
         found = found if dt is None else on_clock(found, dt)
-        if again := found.sampling.restarts:
-            found = worded(replace(found, stacked=table.recordings(again + 1)))
-        return worded(replace(found, otherwise=tuple(table.otherwise)))
+        again = found.sampling.restarts
+        stacked = table.recordings(again + 1) if again else ()
+        return worded(replace(found, stacked=stacked, otherwise=tuple(table.otherwise)))
     except InputError as error:
         raise InputError(f"{table.title}: {error}") from None
 

@@ -374,7 +374,7 @@ def _barred(name: Name, column: Column, values):
             return "counter", "counts upwards"
     is_index = "rownames" in name.words and len(np.unique(fine)) == len(fine)  # of a table that was sorted since
     is_index |= name.base == "column1" and bool(np.all(steps > 0))  # of one of which some rows were taken
-    if ("counter" in kinds or is_index) and whole and (np.mean(steps >= 0) > 0.95 or is_index):
+    if whole and (is_index or ("counter" in kinds and np.mean(steps >= 0) > 0.95)):
         return "counter", "counts, by its name" if "counter" in kinds else "counts upwards"
     if "logger" in kinds and name.score > -2:
         return "logger", "of the logger itself, by its name"

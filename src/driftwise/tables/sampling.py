@@ -6,13 +6,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .clock import DAY
+
 LONGEST_GAP = 1000  # samples; a longer silence is a restart
 RESTART_ROWS = 20  # missing rows that stand for a restart: enough to empty the lags of a model
 LATE = 5  # steps that a stamp may go back and still be a row that came late
 GAPS = {"regular": 1.75, "uneven": 2.5}  # a step longer than this many usual steps lost samples
 UNEQUAL = 1e-3  # of a step, by which the usual one may be off the mean: months have 30.4 days, the most of them 31
 ROUNDING = 0.02  # of a tick, by which stamps may be off
-DAY = 86_400.0  # seconds
 WEEKS = 20  # rows, four weeks, below which it is not known that a week rests
 RESTING = 0.01  # share of the rows, that the two days have at most on which a week rests
 DENSEST = 6  # rows of the regular clock per row of the file, at most
