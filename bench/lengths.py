@@ -61,7 +61,7 @@ def _write(path: Path, rows: int) -> None:
 
 def _run(path: str) -> None:
     """The measured process: through the file in chunks, then a stretch in memory."""
-    from driftwise.tables.table import open_record
+    from driftwise.tables.record import open_record
 
     est = joint(NOISE)
     state = est.scan(*record(100), keep="innovations").state  # compiled before the clock starts

@@ -14,7 +14,7 @@ import driftwise as dw
 from driftwise.cli import downsample, main
 from driftwise.engine import compile
 from driftwise.engine.status import Status
-from driftwise.tables import table as tables
+from driftwise.tables import record
 
 A, B = [-1.5, 0.7], [1.0, 0.5]
 
@@ -368,7 +368,7 @@ def test_long_runs_keep_every_extreme(monkeypatch):
 
 
 def test_interrupting_gives_the_results_so_far(call, plant, monkeypatch):
-    whole = tables.open_record
+    whole = record.open_record
 
     class Interrupted:
         def __init__(self, record):
@@ -383,7 +383,7 @@ def test_interrupting_gives_the_results_so_far(call, plant, monkeypatch):
                     raise KeyboardInterrupt
                 yield chunk
 
-    monkeypatch.setattr(tables, "open_record", lambda *args: Interrupted(whole(*args)))
+    monkeypatch.setattr(record, "open_record", lambda *args: Interrupted(whole(*args)))
     code, out, _ = call("run", plant, "-o", "y", "-i", "u", "-n", 2, "--chunk", 200)
     assert code == 130
     assert "600 samples" in out

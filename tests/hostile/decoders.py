@@ -67,7 +67,7 @@ def take_recognised(data: bytes) -> None:
 
 def take_parquet(data: bytes) -> None:
     """Read a Parquet file to its end."""
-    from driftwise.tables.table import open_record
+    from driftwise.tables.record import open_record
 
     record = open_record(str(_file("t.parquet", data)), "y", ("u",), "t")
     for _ in record:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from driftwise.tables.table import open_record
+from driftwise.tables.record import open_record
 
 
 def written(path, header, rows):

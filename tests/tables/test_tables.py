@@ -23,7 +23,8 @@ from driftwise.tables.dataset import open_dataset
 from driftwise.tables.dialect import kind, sniff
 from driftwise.tables.parquetfile import MemorySource
 from driftwise.tables.parts import parts_of
-from driftwise.tables.table import open_record, open_table
+from driftwise.tables.record import open_record
+from driftwise.tables.table import open_table
 
 NaN = math.nan
 
@@ -703,7 +704,7 @@ def test_a_table_of_numbers_is_read_without_pandas(tmp_path):
     """Which pyarrow loads on its own, where it is installed: half a second, and a Ctrl-C meanwhile is lost."""
     path = put(tmp_path, "t,y\n0,1.5\n1,\n3,4\n")
     program = (
-        "import sys\nfrom driftwise.tables.table import open_record\n"
+        "import sys\nfrom driftwise.tables.record import open_record\n"
         f"chunks = list(open_record({path!r}, 'y', time='t'))\n"
         "print(chunks[0].columns['y'].tolist(), 'pandas' in sys.modules)"
     )

@@ -11,10 +11,11 @@ import numpy as np
 from ..engine.holding import held
 from ..results.numbers import listed
 from ..tables.autoread import Segments, asked, recognised
+from ..tables.chunks import CHUNK_ROWS
 from ..tables.cleaning import judged
 from ..tables.column_candidates import MOST_INPUTS
 from ..tables.recognise import Reading, Table, worded
-from ..tables.table import CHUNK_ROWS, HEAD_ROWS, OpenTable, open_table
+from ..tables.table import HEAD_ROWS, OpenTable, open_table
 from .response import Response
 from .response_orders import begin
 from .response_record import recorded

@@ -15,8 +15,8 @@ def match(file: str, plant: Any, outputs: list[str], inputs: list[str], time: st
 
     Columns that were named stand for outputs and inputs in the plant's order, and must be as many.
     """
+    from driftwise.tables.parts import source_of
     from driftwise.tables.source import is_stream
-    from driftwise.tables.table import source_of
 
     source = None if is_stream(file) else source_of(file)
     names, units = (list(source.names), dict(source.units)) if source else ([], {})

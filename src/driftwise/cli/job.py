@@ -173,12 +173,12 @@ class RecordJob(TableJob):
 
     def open(self, output: str, *more: str, find_clock: bool = True) -> Any:
         """Return the record; a clock that was not named may be looked for."""
-        from driftwise.tables import table
+        from driftwise.tables.record import open_record
         from driftwise.tables.source import is_stream
 
         look = LOOK if find_clock and not self.has_clock and not is_stream(self.file) else 0
         columns = (*more, *self.inputs)
-        self.record = table.open_record(self.file, output, columns, self.time, self.chunk, self.raw, look)
+        self.record = open_record(self.file, output, columns, self.time, self.chunk, self.raw, look)
         return self.record
 
     def chunks(self, doing: str) -> Iterator[Any]:

@@ -6,7 +6,8 @@ from dataclasses import replace
 from typing import Any
 
 from driftwise.engine.errors import InputError
-from driftwise.tables.table import CHUNK_ROWS, HEAD_ROWS, OpenTable, open_table
+from driftwise.tables.chunks import CHUNK_ROWS
+from driftwise.tables.table import HEAD_ROWS, OpenTable, open_table
 
 SHARED = 0.2  # of the rows, that have the stamp of the one before, from which on rows may be of several recordings
 

@@ -14,17 +14,30 @@ from .source import Source
 VALUE = "value"  # what the column of all months is called
 
 
-class Unrolled(Source):
+class Reshaped(Source):
+    """A source whose rows are those of another, read otherwise."""
+
+    def __init__(self, source: Source, names: tuple[str, ...], units: dict[str, str]):
+        super().__init__()
+        self.source, self.title, self.names, self.units = source, source.title, names, units
+        self.decimal, self.day_first, self.size = source.decimal, source.day_first, source.size
+
+    def _rows(self, columns):
+        """Yield (arrays, ragged) of the other source, and be as far as it is."""
+        for arrays, ragged in self.source.batches(columns):
+            self.position, self.ragged = self.source.position, self.source.ragged
+            yield arrays, ragged
+
+
+class Unrolled(Reshaped):
     """The rows of a source of years as months: the year, the number of the month, and the value.
 
     ``months`` are the names of its twelve columns from January on. Other columns are left out.
     """
 
     def __init__(self, source: Source, year: str, months: list[str]):
-        super().__init__()
-        self.source, self.columns = source, [year, *months]
-        self.title, self.names = source.title, (year, "month", VALUE)
-        self.decimal, self.day_first, self.size = source.decimal, source.day_first, source.size
+        super().__init__(source, (year, "month", VALUE), {})
+        self.columns = [year, *months]
         others = [name for name in source.names if name not in self.columns]
         self.notes = (
             f"{months[0]!r} to {months[-1]!r} are the months of a year side by side: they are read as one column, "
@@ -34,8 +47,7 @@ class Unrolled(Source):
     def _read(self, columns):
         import pyarrow as pa
 
-        for arrays, ragged in self.source.batches(self.columns):
-            self.position, self.ragged = self.source.position, self.source.ragged
+        for arrays, ragged in self._rows(self.columns):
             years, months = np.repeat(np.arange(len(ragged)), 12), np.tile(np.arange(1.0, 13.0), len(ragged))
             kind = arrays[1].type if len({array.type for array in arrays[1:]}) == 1 else pa.string()
             cells = pa.concat_arrays([array.cast(kind) for array in arrays[1:]])
@@ -44,20 +56,17 @@ class Unrolled(Source):
             yield [found[name] for name in columns], ragged[years]
 
 
-class Kept(Source):
+class Kept(Reshaped):
     """The rows of a source with one cell in a column, which names one of several recordings that share their stamps."""
 
     def __init__(self, source: Source, name: str, cell):
-        super().__init__()
-        self.source, self.name, self.cell = source, name, cell
-        self.title, self.names, self.units = source.title, source.names, source.units
-        self.decimal, self.day_first, self.size = source.decimal, source.day_first, source.size
+        super().__init__(source, source.names, source.units)
+        self.name, self.cell = name, cell
 
     def _read(self, columns):
         import pyarrow as pa
 
-        for arrays, ragged in self.source.batches([*columns, self.name]):
-            self.position, self.ragged = self.source.position, self.source.ragged
+        for arrays, ragged in self._rows([*columns, self.name]):
             kept = np.array([cell == self.cell for cell in arrays[-1].to_pylist()], bool)
             yield [array.filter(pa.array(kept)) for array in arrays[:-1]], ragged[kept]
 
