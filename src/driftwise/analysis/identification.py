@@ -314,19 +314,21 @@ class Finder:
         """Return what the inputs do: by the response in hindsight, or by the chosen model where that is much closer.
 
         Between irregular rows nobody knows when an input moved. Of a model whose errors are not white neither the
-        parameters nor their bars hold, so no gain is known, then.
+        parameters nor their bars hold, so no gain is known, then; nor of an output that has a season, which its inputs
+        may share, where only the season's model is too far off to say more.
         """
+        has_season = bool(self.identifier.chosen.candidate.seasons)
         if self.log.hindsight is not None:
             found = of_response(self.log.hindsight)
             if self.table.sampling.kind == "irregular":
                 found = found.held(self.log.waits)
             useless = self.identifier.chosen.rmse >= min(self.identifier.naive.values())
-            if useless or not found.error > WORSE * self.identifier.chosen.rmse:
+            is_close = not found.error > WORSE * self.identifier.chosen.rmse
+            if not has_season if useless else is_close:
                 return found
         found = of_model(self.estimator.model_of(self.summary.state), len(self.table.inputs), self.summary.observed)
         white = whiteness_verdict(self.summary.whiteness, self.summary.observed)
-        is_of_deviations = bool(self.identifier.chosen.candidate.seasons)  # from a season that follows the output
-        return found.unknown() if is_of_deviations or not white.is_fine else found
+        return found.unknown() if has_season or not white.is_fine else found  # a season's is of deviations from it
 
     def found(self, trace: ParameterTrace, forecast: AverageTrace, losses=(), breaks=()) -> Identification:
         """Return the answer; trace and forecast may be thinned out, the rest is what reading the table brought up."""

@@ -119,11 +119,13 @@ class Identifier:
         return trace
 
     def _narrow(self):
-        """Go on with the best structures only, a regression among them, each with all its memories."""
+        """Go on with the best structures only, a regression and one without a season among them, with all memories."""
         evidence = self._average.evidence(self._state)
         order = sorted(range(len(self._members)), key=lambda i: -evidence[i])
         best = list(dict.fromkeys(self._members[i][0].name for i in order))[:KEEP]
-        best.append(next(self._members[i][0].name for i in order if self._members[i][0].is_linear))
+        ranked = [self._members[i][0] for i in order]
+        best.append(next(c.name for c in ranked if c.is_linear))
+        best.append(next(c.name for c in ranked if not c.seasons))
         keep = [i for i, (c, _) in enumerate(self._members) if c.name in best]
         self._go_on(keep)
 
