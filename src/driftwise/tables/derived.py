@@ -14,6 +14,8 @@ SHIFTS = 3  # samples by which a copy may be shifted
 EXACT = 1e-6  # share of the variance that rounding may leave
 NEEDED = 10.0  # times that a relation is worse without any one of its columns
 FEW = 12  # columns up to which four and five of them are looked at together
+STILL = 0.5  # share of the rows in which a part may jump
+LOUDER = 2.0  # times the variance elsewhere, that what else moves the whole may have where its part jumps
 EDGE = 0.1  # how far from 1 the jumps of a whole may be, where its part jumps by 1
 
 
@@ -131,6 +133,8 @@ def _computed(weights, rank: list[float]) -> int:
 def is_part(part, whole) -> bool:
     """Whether one column is contained in another: wherever it jumps, the other jumps by as much, in the same row.
 
+    It stands still in between, and what else moves the other does so no more where it jumps.
+
     >>> rng = np.random.default_rng(1)
     >>> pulse = np.repeat([0.0, 5.0, 0.0, 5.0, 0.0], 40)
     >>> is_part(pulse, pulse + 0.1 * rng.normal(size=200)), is_part(pulse, 2 * pulse + rng.normal(size=200))
@@ -145,4 +149,8 @@ def is_part(part, whole) -> bool:
     slope = float(steps @ follow) / power
     left = follow - slope * steps
     error = np.sqrt(float(left @ left) / max(len(left) - 1, 1) / power)
-    return bool(abs(slope - 1.0) < EDGE and error < EDGE / 2)
+    at = steps != 0
+    if np.mean(at) > STILL or not (abs(slope - 1.0) < EDGE and error < EDGE / 2):
+        return False
+    rest = np.mean(left[~at] ** 2)
+    return bool(np.mean(left[at] ** 2) <= LOUDER * rest + EDGE**2 * np.mean(steps[at] ** 2))
