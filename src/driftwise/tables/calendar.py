@@ -10,6 +10,7 @@ import numpy as np
 
 from .cells import NAT
 
+ZONES = "utc gmt lst mst cst est pst cet mez"  # by which the hours of a day may be called
 # What a part may be called, and the numbers that it may hold.
 PARTS = {
     "year": ("year yr yyyy jahr annee ano anno jaar rok", 1500, 2200),
@@ -17,10 +18,10 @@ PARTS = {
     "quarter": ("quarter qtr quartal trimestre trimester kwartal kwartaal kvartal", 1, 4),
     "day": ("day dd tag jour dia giorno dag dzien mday dom dayofmonth", 1, 31),
     "day of year": ("doy jday yday julian juliandate julianday dayofyear yearday dyear", 1, 366),
-    "hour": ("hour hr hh stunde heure hora ora uur godzina timme", 0, 24),
+    "hour": (f"hour hr hh stunde heure hora ora uur godzina timme {ZONES}", 0, 24),
     "minute": ("minute mi mn min minuto minuut minuta", 0, 59),
     "second": ("second sec ss sekunde seconde segundo secondo sekunda", 0, 60),
-    "hours and minutes": ("hhmm hourminute", 0, 2400),
+    "hours and minutes": (f"hhmm hourminute {ZONES}", 0, 2400),
 }
 # How the day of a year is told, the finest first; where only its month or quarter is, no hour is.
 WAYS: tuple[tuple[str, ...], ...] = (("day of year",), ("month", "day"), ("month",), ("quarter",), ())
@@ -52,6 +53,8 @@ def calendar_of(columns: Mapping[str, Any]) -> dict[str, str]:
     way = next(way for way in WAYS if found.keys() >= set(way))
     finer = ("hour", "minute", "second", "hours and minutes") if way in WAYS[:2] else ()
     found = {part: name for part, name in found.items() if part in ("year", *way, *finer)}
+    if found.get("hours and minutes") == found.get("hour"):  # one column, of hours
+        found.pop("hours and minutes", None)
     if "hours and minutes" in found:
         found = {part: name for part, name in found.items() if part not in ("hour", "minute")}
     stamps = joined({part: columns[name] for part, name in found.items()}).astype(float)
@@ -86,6 +89,19 @@ def _fits(part: str, values) -> bool:
 def is_part(name: str) -> bool:
     """Whether a column is called like a part of a date, or is one of the first of a table without names."""
     return _word(name) in _CALLED or name in ("column1", "column2", "column3")
+
+
+def is_beyond(name: str, values) -> bool:
+    """Whether a column that is called like a part of a date holds numbers that are none, and go up and down.
+
+    >>> is_beyond("hr", np.array([515.0, 514, 520, 511])), is_beyond("hr", np.arange(100.0))
+    (True, False)
+    """
+    word = _word(name)
+    ranges = [(low, high) for words, low, high in PARTS.values() if word in words.split()]
+    fine = values[np.isfinite(values)]
+    is_part = any(low <= fine.min(initial=high) and fine.max(initial=low) <= high for low, high in ranges)
+    return bool(ranges) and not is_part and bool(np.mean(np.diff(fine) < 0) > LATE)
 
 
 def _word(name: str) -> str:

@@ -93,7 +93,7 @@ def sniff(lines: list[str]) -> Dialect:
     numbers = [number for number, _ in content]
     rows = [split(line, delimiter) for _, line in content]
     width = _width(rows)
-    first = next(i for i, row in enumerate(rows) if len(row) == width)
+    first = _first(rows, width)
     body = [row for row in rows[first + 1 :] if len(row) == width]
     marks = [_marks([row[j] for row in body]) for j in range(width)]
     if any(marks):
@@ -162,6 +162,14 @@ def _width(rows: list[list[str]]) -> int:
     """Return the commonest number of cells; of equally common ones the largest."""
     counts = Counter(len(row) for row in rows)
     return max(counts, key=lambda width: (counts[width], width))
+
+
+def _first(rows: list[list[str]], width: int) -> int:
+    """Return the first row as wide as the table; lines of what was recorded and how, padded to be as wide, are none."""
+    wide = [i for i, row in enumerate(rows) if len(row) == width]
+    said = list(itertools.takewhile(lambda i: width > 3 and not any(rows[i][2:]), wide))
+    named = wide[len(said)] if len(said) > 1 and len(said) < len(wide) else wide[0]
+    return named if all(rows[named]) and _is_words(rows[named]) else wide[0]
 
 
 def _mostly_values(cells: list[str]) -> bool:

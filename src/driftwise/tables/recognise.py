@@ -12,7 +12,7 @@ from driftwise.engine.errors import InputError
 
 from ..engine.validation import size
 from ..results.numbers import instant, lasting, reading, usual_unit
-from .calendar import starts_over
+from .calendar import is_beyond, starts_over
 from .cleaning import Belief, judged
 from .column_candidates import propose_inputs, propose_output
 from .column_roles import SCORES, Name, parse
@@ -366,7 +366,7 @@ def _barred(name: Name, column: Column, values):
     is_measured = bool(MEASURED & set(name.words)) and not whole and len(np.unique(fine)) > MARKS
     if "label" in kinds and "output" not in kinds and not is_measured:
         return "label", "a mark that somebody set, by its name"
-    if kinds & {"time", "calendar"} and not kinds & SCORES.keys():
+    if kinds & {"time", "calendar"} and not kinds & SCORES.keys() and not is_beyond(name.base, fine):
         return "counter", "a part of the calendar, by its name"
     steps = np.diff(fine)
     if whole and steps.size and np.all((steps == 0) | (steps == 1)) and not kinds & SCORES.keys() - {"source"}:
