@@ -8,6 +8,7 @@ from itertools import accumulate
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
+from ..engine import bounds
 from ..models.lags import shares_left
 
 ROWS = 20_000  # of a record that are looked at, at most
@@ -178,7 +179,7 @@ def longest_delay(y) -> int:
     """Return how far to look for a delay, in samples: a quarter of the settling time of y, and forty samples at least.
 
     The settling time is four times the time in which the autocorrelation of y falls to 1/e; never more than a sixth
-    of the record.
+    of the record, or than a model takes.
     """
     known = y[np.isfinite(y)]
     T = len(known)
@@ -190,7 +191,7 @@ def longest_delay(y) -> int:
     r = np.fft.irfft(f * f.conj(), size)[: T // 3 + 1]
     below = np.flatnonzero(r < r[0] / math.e)
     tau = int(below[0]) if len(below) else T // 3
-    return min(max(tau, LONGEST), T // 6)
+    return min(max(tau, LONGEST), T // 6, bounds.ORDER - ORDER)
 
 
 def shown_delays(y, u) -> tuple[int, ...]:
