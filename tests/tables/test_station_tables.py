@@ -1,8 +1,11 @@
 """Tables as stations, meters and calculators of power plants write them."""
 
+import json
+
 import numpy as np
 import pytest
 
+from driftwise.engine.errors import InputError
 from driftwise.tables import autoread
 from driftwise.tables.table import open_table
 
@@ -46,3 +49,36 @@ def test_hours_and_minutes_may_be_called_by_their_zone(zone):
     hours = np.arange(96)
     clock = {"Year": np.full(96, 2018), "DOY": 291 + hours // 24, zone: hours % 24}
     assert open_table(clock | {"y": Y}).calendar["hour"] == zone
+
+
+def test_lines_with_names_and_values_of_their_own_are_no_header(tmp_path):
+    """What a data base of weather puts above the names: names and values of the place, padded or not."""
+    said = "Source,Id,City,Unit\nNSRDB,155474,-,w/m2\n"
+    rows = "\n".join(f"2017-01-01 {k // 4:02d}:{k % 4 * 15:02d},{k % 7},{y:.3f}," for k, y in enumerate(Y))
+    path = tmp_path / "place.csv"
+    path.write_text(said + "time,sun,temperature,\n" + rows + "\n")
+    assert open_table(path).names[:3] == ("time", "sun", "temperature")
+
+
+def test_words_between_rows_are_no_header(tmp_path):
+    rows = [f"{k},{y:.3f}" for k, y in enumerate(Y)]
+    path = tmp_path / "again.csv"
+    path.write_text("\n".join(["t,y", *rows[:9], "t,y", *rows[9:]]) + "\n")
+    table = open_table(path)
+    assert table.names == ("t", "y") and len(table.head["y"]) == 97
+
+
+def test_months_may_be_six_digits(tmp_path):
+    path = tmp_path / "months.csv"
+    path.write_text("Date,Value\n" + "\n".join(f"{1951 + k // 12}{k % 12 + 1:02d},{y:.2f}" for k, y in enumerate(Y)))
+    table = open_table(path)
+    assert table.kinds["Date"] == "stamp" and table.origin("Date").startswith("1951-01-01")
+
+
+def test_json_is_refused_by_its_name(tmp_path):
+    path = tmp_path / "rows.json"
+    path.write_text(
+        '{"rows": [' + ", ".join(f'{{"t": {k}, "y": {y}}}' for k, y in enumerate(np.resize(Y, 5000))) + "]}"
+    )
+    with pytest.raises(InputError, match="is JSON"):
+        open_table(path)

@@ -184,6 +184,8 @@ def _refuse_binary(head: bytes) -> None:
         raise InputError("the table is Parquet, which is read from its end: give the file itself, not a pipe.")
     if head.startswith(b"PK\x03\x04"):
         raise InputError("the table is a zip archive or an Excel workbook; export the sheet as CSV and pass that file.")
+    if re.match(rb"\s*(\{|\[\s*[\[{])", head):
+        raise InputError("the table is JSON: write its records as CSV (pandas: read_json, then to_csv), a row each.")
     if b"\x00" in head:
         raise InputError(
             "the table is not text: it holds zero bytes. CSV and Parquet can be read; is it another format?"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from itertools import pairwise
 
 MONTHS = (
     "jan|janv|ene|gen|sty|january|januar|janvier|enero|gennaio|januari|janeiro",
@@ -39,15 +40,23 @@ PERIODS = (
 _WITH_TIME = rf"{COMPACT}[ T_-]\d\d:?\d\d(:?\d\d)?Z?"
 STAMP = re.compile(rf"(({'|'.join(DATES)})({TIME})?|{'|'.join(PERIODS)}|{_WITH_TIME})$", re.I)
 SLASHED = re.compile(r"(\d\d?)[/ -](\d\d?)[/ -](?:\d{4}|\d\d)(?!\d)")
+REGULAR = 0.9  # share of the steps that are alike, where months are dates
+_MONTH = re.compile(r"(1[5-9]|20)\d\d(0[1-9]|1[0-2])$")
 _DIGITS = re.compile(rf"{COMPACT}(([01]\d|2[0-3])([0-5]\d){{0,2}})?$")
 
 
 def are_compact(cells: list[str]) -> bool:
-    """Whether cells of digits are dates, 20180131 or 201801311345: of one length, and they go by.
+    """Whether cells of digits are dates, 20180131 or 201801311345: of one length, and they go by; or months, 201801.
 
     >>> are_compact(["20180131", "20180201"]), are_compact(["20180131", "20181301"])
     (True, False)
+    >>> are_compact(["201811", "201812", "201901"]), are_compact(["201811", "201812", "201813"])
+    (True, False)
     """
+    if len(cells) > 2 and all(map(_MONTH.match, cells)):
+        months = [12 * int(cell[:4]) + int(cell[4:]) for cell in cells]
+        steps = [b - a for a, b in pairwise(months)]
+        return steps.count(steps[0]) >= REGULAR * len(steps) and 0 < abs(steps[0]) <= 12
     return (
         len(set(cells)) > 1
         and len({len(cell) for cell in cells}) == 1
@@ -143,6 +152,7 @@ _COMPACTED = [
     (r"^(\d{4})(\d\d)(\d\d)(\d\d)$", r"\1-\2-\3 \4:00"),
     (r":(Z?)$", r"\1"),
     (r"^(\d{4})(\d\d)(\d\d)$", r"\1-\2-\3"),
+    (r"^(\d{4})(\d\d)$", r"\1-\2-01"),
 ]
 _PLAIN = [
     (r"^(\d{4})[/. ](\d+)[/. ](\d+)", r"\1-\2-\3"),

@@ -23,6 +23,7 @@ COMMENTS = ("#", "%")
 DELIMITERS = ("\t", ";", "|", ",", " ")
 SAMPLE_LINES = 200
 HEADER_LINES = 5
+SAID_LINES = 50  # as wide as the table, in which a header is looked for
 LOGGERS = frozenset({"TOA5", "TOACI1", "TOB1"})  # that write about themselves above the names, as many cells or not
 PROCESSED = frozenset(
     ["", "Avg", "Smp", "Min", "Max", "Tot", "Std", "WVc", "Med"]
@@ -66,9 +67,9 @@ def kind(cell: str) -> str:
 
 def split(line: str, delimiter: str) -> list[str]:
     """Split one line into stripped cells, honouring double quotes."""
-    if delimiter == " ":
-        return next(csv.reader([" ".join(line.split())], delimiter=" "), []) if '"' in line else line.split()
     try:
+        if delimiter == " ":
+            return next(csv.reader([" ".join(line.split())], delimiter=" "), []) if '"' in line else line.split()
         return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter, skipinitialspace=True), [])]
     except csv.Error:
         return line.split(delimiter)
@@ -165,11 +166,25 @@ def _width(rows: list[list[str]]) -> int:
 
 
 def _first(rows: list[list[str]], width: int) -> int:
-    """Return the first row as wide as the table; lines of what was recorded and how, padded to be as wide, are none."""
+    """Return the first row as wide as the table, or the header that follows lines of what was recorded and how.
+
+    These may be padded to be as wide, or have names and values of their own. A header has words where the rows below
+    it have numbers; lines that are a part of it, and rows between which words stand, are left as they are.
+    """
     wide = [i for i, row in enumerate(rows) if len(row) == width]
-    said = list(itertools.takewhile(lambda i: width > 3 and not any(rows[i][2:]), wide))
-    named = wide[len(said)] if len(said) > 1 and len(said) < len(wide) else wide[0]
-    return named if all(rows[named]) and _is_words(rows[named]) else wide[0]
+    body = [rows[i] for i in wide[len(wide) // 2 :]]
+    numeric = [j for j in range(width) if _mostly_values([row[j] for row in body])]
+    cells = {i: {kind(rows[i][j]) for j in numeric} for i in wide[:SAID_LINES]}
+    named = [i for i, kinds in cells.items() if kinds == {"text"}]
+    if not named:
+        return wide[0]
+    begin = named[-1]
+    while begin - 1 in named:
+        begin -= 1
+    before = [i for i in wide if i < begin]
+    is_part = len(before) < HEADER_LINES and all(_is_words(rows[i]) for i in before)
+    is_among_rows = any(not cells[i] & {"text", "missing"} for i in before)
+    return wide[0] if is_part or is_among_rows else begin
 
 
 def _mostly_values(cells: list[str]) -> bool:
