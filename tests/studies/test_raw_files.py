@@ -33,3 +33,15 @@ def test_an_absent_file_is_said_and_not_met(tmp_path, capsys, monkeypatch):
     said = " ".join(verdicts(lines))
     assert "0 of 1 files read" in said and "(not: gone.csv it)" in said and "(not: gone.csv)" in said
     assert raw_files.table(lines).count("absent") == 2
+
+
+def test_what_was_told_of_a_file_is_kept_until_the_file_is_another(tmp_path, monkeypatch):
+    where = tmp_path / "drawn.csv"
+    where.write_text("t_s,level\n0,1\n")
+    answers = iter([told(near=(None, 3.0)), told(changes=2)])
+    monkeypatch.setattr(raw_files, "read", lambda *_: next(answers))
+    first = raw_files.remembered(Raw("drawn.csv"), tmp_path, True, tmp_path)
+    assert raw_files.remembered(Raw("drawn.csv"), tmp_path, True, tmp_path) == first == told(near=(None, 3.0))
+    where.write_text("t_s,level\n0,2\n")
+    assert raw_files.remembered(Raw("drawn.csv"), tmp_path, True, tmp_path).changes == 2
+    assert raw_files.kept_at(tmp_path / "kept") is None or (tmp_path / "kept").is_dir()

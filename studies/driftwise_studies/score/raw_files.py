@@ -4,11 +4,16 @@
 twice: nothing named (where `run` would ask, its likelier reading is taken, and the table says so), and the columns
 named. Changes are all that were told, ``found.alarms``, not the few that the words list. A date is one in hindsight:
 "found" says that a change was dated near a known one, not how soon somebody watching would have been told.
+
+What was told of a file is kept under ``out/raw_files``, by the commit's source and by the file, and is not read again:
+the command goes on where it was broken off. Nothing is kept of sources that are not committed.
 """
 
 from __future__ import annotations
 
 import argparse
+import hashlib
+import json
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -20,12 +25,14 @@ import numpy as np
 from driftwise.engine.errors import InputError
 
 from .records import AIR, anomaly, columns, folder
+from .worlds.judged import ROOT, git
 
 DAY, YEAR = 86400.0, 365.25 * 86400.0
 LONG = 2000  # rows above which the promise of 1 false change per 1000 is judged
 PROMISE = 1.0  # false changes per 1000 rows
 PUMP_SECONDS = 60.0  # within which the fault of the pump rig is to be dated
 FLOW = "Volume Flow RateRMS"
+SOURCES = "src", "studies/driftwise_studies/score/raw_files.py", "studies/driftwise_studies/score/records.py"
 S, FEED = ("S1", "S2", "S3", "I1_set", "I3_set"), ("feed", "vapour", "cooling")
 
 
@@ -143,6 +150,39 @@ def read(raw: Raw, where: Path, is_named: bool) -> Told:
     )  # fmt: skip
 
 
+def kept_at(where: Path) -> Path | None:
+    """Return the folder of what the committed sources say, made if need be; None where they are not committed."""
+    try:
+        is_changed = git("status", "--porcelain", "--", *SOURCES)
+        sources = "".join(git("rev-parse", f"HEAD:{source}") for source in SOURCES)
+    except (InputError, OSError):
+        return None
+    if is_changed:
+        return None
+    found = where / hashlib.sha256(sources.encode()).hexdigest()[:12]
+    found.mkdir(parents=True, exist_ok=True)
+    return found
+
+
+def remembered(raw: Raw, where: Path, is_named: bool, kept: Path | None) -> Told | str:
+    """Return what is told of a file, or why it is refused: as it was kept, else read now and kept."""
+    asked = hashlib.sha256(repr((raw, is_named)).encode() + (where / raw.file).read_bytes()).hexdigest()[:16]
+    place = None if kept is None else kept / f"{asked}.json"
+    if place is not None and place.is_file():
+        before = json.loads(place.read_text())
+        return before if isinstance(before, str) else Told(**{**before, "near": tuple(before["near"])})
+    try:
+        told: Told | str = read(raw, where, is_named)
+    except InputError as error:
+        print(f"REFUSED: {raw.file}: {error}", file=sys.stderr, flush=True)
+        told = f"refused: {type(error).__name__}"
+    if place is not None:
+        begun = place.with_suffix(".begun")
+        begun.write_text(json.dumps(told if isinstance(told, str) else told._asdict()))
+        begun.replace(place)  # whole, or not there
+    return told
+
+
 class Line(NamedTuple):
     """A file, and what was told of it: nothing named, columns named; or why nothing was."""
 
@@ -150,7 +190,7 @@ class Line(NamedTuple):
     told: tuple[Told | str, ...]
 
 
-def measure(where: Path, only: str = "") -> Iterator[Line]:
+def measure(where: Path, only: str = "", kept: Path | None = None) -> Iterator[Line]:
     """Return a line for every file that is there; an absent one, or one that is refused, is a line too."""
     for raw in (*FILES, *pump_rig(where)):
         if only not in raw.file:
@@ -159,14 +199,7 @@ def measure(where: Path, only: str = "") -> Iterator[Line]:
             print(f"ABSENT: {where / raw.file}", file=sys.stderr, flush=True)
             yield Line(raw, ("absent", "absent"))
             continue
-        told: list[Told | str] = []
-        for is_named in (False, True):
-            try:
-                told.append(read(raw, where, is_named))
-            except InputError as error:
-                print(f"REFUSED: {raw.file}: {error}", file=sys.stderr, flush=True)
-                told.append(f"refused: {type(error).__name__}")
-        line = Line(raw, tuple(told))
+        line = Line(raw, tuple(remembered(raw, where, is_named, kept) for is_named in (False, True)))
         print(table_rows(line), file=sys.stderr, flush=True)  # a run that is broken off has told this much
         yield line
 
@@ -239,7 +272,7 @@ def _but(names: list[str]) -> str:
 def page(lines: list[Line]) -> str:
     """Return the page of the documentation."""
     said = "\n".join(f"- {verdict}" for verdict in verdicts(lines))
-    about = " ".join((__doc__ or "").split("\n\n", 1)[1].replace("``", "`").split())
+    about = " ".join((__doc__ or "").split("\n\n")[1].replace("``", "`").split())
     return f"# Recordings as the files they are\n\n{about}\n\n{said}\n\n{table(lines)}\n"
 
 
@@ -248,11 +281,12 @@ def main(arguments=None) -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--data", help="the folder of recordings (DRIFTWISE_DATA)")
     parser.add_argument("--only", default="", help="files with this in their name")
+    parser.add_argument("--keep", type=Path, default=ROOT / "out" / "raw_files", help="where readings are kept")
     parser.add_argument("--page", type=Path, help="write this page of Markdown (everything only)")
     asked = parser.parse_args(arguments)
     if asked.page and asked.only:
         parser.error("the page has everything on it: --page and --only cannot be used together")
-    lines = list(measure(folder(asked.data), asked.only))
+    lines = list(measure(folder(asked.data), asked.only, kept_at(asked.keep)))
     text = page(lines)
     print(text)
     if asked.page:
