@@ -81,7 +81,7 @@ def doubtful(values, belief: Belief):
     """Return where the values of a column (T,) cannot be believed, as a mask."""
     values = np.asarray(values, float)
     doubt = np.isin(values, belief.codes)
-    for one in repeats(values, belief.still) if belief.still else ():
+    for one in repeats(np.where(doubt, np.nan, values), belief.still) if belief.still else ():
         doubt[one.start : one.stop] = np.isfinite(values[one.start : one.stop])
     rows = np.flatnonzero(np.isfinite(values) & ~doubt)
     short = _short(values[rows] == belief.rail)

@@ -53,7 +53,7 @@ def stuck(values, others) -> list[Segment]:
     Bad at: sensors that move seldom, and segments in which nothing else is known to move.
     """
     found, steps = _alike(values)
-    is_noisy = _turns(steps) >= TURNS
+    is_noisy = _turns(steps[steps != 0]) >= TURNS  # of its moves: a sensor that is written in steps rests between them
     return found if is_noisy and any(_moved(other, one) for one in found for other in others) else []
 
 
