@@ -12,7 +12,7 @@ from ..results.bands import normal_score, sides
 from ..results.parameter_trace import ParameterTrace
 from ..results.verdicts import Diagnosis
 from ..results.whiteness import Correlations, score, verdict
-from .forecast_verdicts import LEVEL, coverage_verdict, nis_verdict, whiteness_verdict
+from .forecast_verdicts import LEVEL, coverage_verdict, nis_verdict, unsaid, whiteness_verdict
 
 
 class Own:
@@ -106,6 +106,6 @@ class ForecastSummary:
             [
                 nis_verdict(found, is_tunable=False),
                 coverage_verdict(self.coverage, self.count),
-                whiteness_verdict(self._lags.whiteness, self.count),
+                whiteness_verdict(self._lags.whiteness, self.count, least=unsaid(self.fit)),
             ]
         )

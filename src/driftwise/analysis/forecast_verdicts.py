@@ -16,6 +16,7 @@ from .remedies import for_bars, for_colour
 LEVEL = 0.99  # of each threshold that a chance can cross
 RIGHT, HELD = (0.8, 1.25), (0.92, 0.975)  # so far off, NIS and coverage are right for all practical purposes
 FAINT = 0.01  # of the variance: less is too little to predict
+DIGIT = 0.1  # per cent of the movement, to which it is said how much is predicted
 BAND = 0.95
 
 
@@ -98,11 +99,23 @@ def coverage_verdict(share: float, samples: int) -> Verdict:
     )
 
 
-def whiteness_verdict(white: Whiteness, samples: int, s=None) -> Verdict:
+def unsaid(fit: float) -> float:
+    """Return the share of the squared errors that may be predictable without a digit more of the ``fit`` that is said.
+
+    Of what predicts 99.9 % nothing that is left matters, and of what predicts 90 % two hundredths.
+
+    >>> round(unsaid(90.0), 3), unsaid(99.95)
+    (0.02, inf)
+    """
+    left = 100 - fit
+    return math.inf if left <= DIGIT else 1 - (1 - DIGIT / left) ** 2
+
+
+def whiteness_verdict(white: Whiteness, samples: int, s=None, least: float = FAINT) -> Verdict:
     """Return the verdict on what is left to predict: the squares of the autocorrelations together, chance taken off.
 
     That is the Ljung-Box statistic beyond its degrees of freedom, by the number of samples: of a faint colour, the
-    share of the variance that past innovations predict. A hundredth is no matter.
+    share of the variance that past innovations predict. A hundredth is no matter, nor what is below ``least``.
     """
     from scipy.special import gammaincinv
 
@@ -110,7 +123,8 @@ def whiteness_verdict(white: Whiteness, samples: int, s=None) -> Verdict:
         limits = (0.0, FAINT)
         return Verdict("whiteness", math.nan, limits, True, "too few samples to tell whether the innovations are white")
     share = max(white.statistic - white.lags, 0.0) / (samples + 2)
-    limits = 0.0, max((2 * float(gammaincinv(white.lags / 2, LEVEL)) - white.lags) / (samples + 2), FAINT)
+    chance_alone = (2 * float(gammaincinv(white.lags / 2, LEVEL)) - white.lags) / (samples + 2)
+    limits = 0.0, max(chance_alone, FAINT, least)
     if share <= limits[1]:
         return Verdict("whiteness", share, limits, True, "nothing is left to predict that would matter")
     advice = f"the noise is not white ({chance(white.p_value)}): {for_colour(s, share)}"
