@@ -19,8 +19,8 @@ APART = 10  # samples between two changes
 PLACES, NEAR = 64, 64  # at which a change is looked for, and about the likeliest of them
 LONG = 8192  # samples from which on changes are dated by scores alone, and outliers are no question: fits take long
 LIKELY = 10.0  # nats from the likeliest place within which others are looked at as closely
-WAVES, WALKS = 30, (-12.0, 6.0, 40)  # of a walk; the logarithms of its variances that are weighed
 ROUND_OFF = 1e-9  # of what a change takes
+KNOWN = 0.7  # of the size of what is left beside white noise, to which a level that is fitted anew must bring it
 ENDS = 0.5  # log odds that the ends of a grid may add
 LEVEL, GAIN = "level", "gain"
 NUMBERS = {LEVEL: 1, GAIN: 2}  # of a change: a gain has the point about which it turns
@@ -332,38 +332,6 @@ def beside_shock(now: Response, at: int) -> float:
     return least
 
 
-def walked(now: Response, part: str, j: int, calm: float) -> float:
-    """Return the log odds, to those of `Place.whole`, that what changed walked: a random walk of its level or gain."""
-    return walk(now.without(part, j).refined(), now.gains[j][0] if part == "gains" else None, calm)
-
-
-def walk(other: Response, i: int | None, calm: float) -> float:
-    """Return the log odds that the gain of input i walked beside a response, or its level where i is None.
-
-    The cosines of a walk over the record, of deviations that fall as 1/k, are weighed by the variance under which they
-    are likeliest (a marginal likelihood); by Schwarz's criterion it costs what the numbers of a jump cost.
-    """
-    U, spread = walks(other, i)
-    gained = best_walk(U.T @ (other.left * other.weight), spread, calm)
-    return gained - NUMBERS[LEVEL if i is None else GAIN] * 0.5 * math.log(len(other.rows))
-
-
-def walks(other: Response, i: int | None) -> tuple[np.ndarray, np.ndarray]:
-    """Return what walks do to the rows beside all else: directions (rows, K), and the deviation of each, (K,)."""
-    T, k = len(other.used), np.arange(1, WAVES + 1)[:, None]
-    waves = np.cos(np.pi * k * (np.arange(T) + 0.5) / T) / k
-    if i is not None:
-        waves = linear_filter([1.0], other.denominator, (other.driven(i, other.moved(i)) * waves).T).T
-    D = (other.whitened(waves) * other.weight).T
-    return np.linalg.svd(D - other.basis @ (other.basis.T @ D), full_matrices=False)[:2]
-
-
-def best_walk(z, spread, calm: float) -> float:
-    """Return the log likelihood ratio of z (K,), along the directions of walks, under the likeliest variance of one."""
-    power = np.exp(np.linspace(*WALKS))[:, None] * spread**2
-    return float(np.max(np.sum(power * z**2 / (1 + power) - np.log1p(power), axis=1))) / 2 / calm
-
-
 def worth(now: Response, part: str, many: int) -> float:
     """Return the log odds of the last ``many`` numbers of a part beside all others, by the scores' own covariance."""
     last = len(now.a) + now.b.size + now.placed()[part].stop
@@ -387,7 +355,28 @@ def colourless(now: Response) -> Response:
     if not len(now.f):
         return now
     if "bare" not in now.cache:
-        bare = replace(now, f=np.zeros(0), sigma=np.ones(len(now.used)), cache=now.of_mean())
-        size = max(1.4826 * float(np.median(abs(bare.left))), now.record.floor, 1e-300)
-        now.cache["bare"] = replace(bare, sigma=np.full(len(now.used), size), cache=now.of_mean())
+        now.cache["bare"] = sized(replace(now, f=np.zeros(0), sigma=np.ones(len(now.used)), cache=now.of_mean()))
     return now.cache["bare"]
+
+
+def levelled(now: Response) -> Response:
+    """Return the same with its level fitted anew; as it is where that was known.
+
+    Beside a noise that nearly integrates the level is known to nobody, and what it is wrong by counts as noise.
+    """
+    bare = colourless(now)
+    if bare is now or "levelled" in now.cache:
+        return now.cache.get("levelled", now)
+    own, more = bare.placed()["columns"].start, bare.more.copy()
+    left = bare.left * bare.sigma[bare.rows]
+    more[own:] += np.linalg.lstsq(bare.beside[:, bare.rows].T, left, rcond=None)[0]
+    cache = {name: value for name, value in now.of_mean().items() if name != "mean"}
+    other = sized(replace(bare, more=more, sigma=np.ones(len(now.used)), cache=cache))
+    now.cache["levelled"] = other if other.sigma[0] < KNOWN * bare.sigma[0] else bare
+    return now.cache["levelled"]
+
+
+def sized(bare: Response) -> Response:
+    """Return a response beside white noise of deviation one with the size of what is left."""
+    size = max(1.4826 * float(np.median(abs(bare.left))), bare.record.floor, 1e-300)
+    return replace(bare, sigma=np.full(len(bare.used), size), cache=bare.of_mean())

@@ -9,7 +9,20 @@ from typing import Any
 
 import numpy as np
 
-from .change_places import GAIN, LEVEL, LONG, NEAR, Place, colourless, kinds, located, place, standing, walk, worth
+from .change_places import (
+    GAIN,
+    LEVEL,
+    LONG,
+    NEAR,
+    Place,
+    colourless,
+    kinds,
+    levelled,
+    located,
+    place,
+    standing,
+    worth,
+)
 from .noise_jumps import LEAST, PIECES, SURE, noisy
 from .onsets import abrupt
 from .pairs import joined
@@ -17,9 +30,11 @@ from .response import Response
 from .response_orders import cleaned, respond, stripped
 from .response_record import HUBER, local_size
 from .stretches import stretch
+from .walks import walk
 
 HOPE = 3.0  # log odds from which a change is tried
 STEPS = 4  # by which the frequency of a line is sharpened
+MOVES = 3  # times that dates are moved at the end
 EVEN = 6.0  # of the criterion: of changes no further apart, the surest is taken
 
 
@@ -74,7 +89,22 @@ def at_once(now: Response) -> Response:
 
 
 def pruned(now: Response) -> Response:
-    """Return a response without changes that the others explain, the least sure first; each where it is likeliest."""
+    """Return a response without changes that the others explain, the least sure first; each where it is likeliest.
+
+    Where dates move, they are looked at again: of two that have come to the same one explains the other.
+    """
+    for _ in range(MOVES):
+        now, found = without_weak(now)
+        before = now.parts
+        for part, j, where in found:
+            now = dated(now, part, j, where.at)
+        if now.parts == before:
+            break
+    return now
+
+
+def without_weak(now: Response) -> tuple[Response, list[tuple[str, int, Place]]]:
+    """Return a response without changes that are not sure beside the others, and the places of those that are."""
     while True:
         found: list[tuple[str, int, Place]] = []
         changes = [("levels", j) for j in range(len(now.levels))] + [("gains", j) for j in range(len(now.gains))]
@@ -87,11 +117,8 @@ def pruned(now: Response) -> Response:
         else:
             weakest = min(found, key=lambda one: one[2].log_odds, default=None)
             if weakest is None or weakest[2].log_odds > SURE:
-                break
+                return now, found
             now = now.without(*weakest[:2]).settled(1)
-    for part, j, where in found:
-        now = dated(now, part, j, where.at)
-    return now
 
 
 def redated(now: Response, part: str, j: int) -> Response:
@@ -140,7 +167,8 @@ def alternatives(now: Response):
     for kind, i in kinds(now):
         seen: list[int] = []
         # a noise that was learnt beside a jump has taken it for its colour; beside none, what is slow looks like one
-        for look, least in ((now, HOPE - SURE), (bare, SURE)):
+        anew = [(levelled(now), SURE)] if kind == LEVEL else []
+        for look, least in ((now, HOPE - SURE), (bare, SURE), *anew):
             found = place(look, kind, i, least=least)
             if found is None or found.log_odds < least or any(abs(found.at - at) < LEAST for at in seen):
                 continue

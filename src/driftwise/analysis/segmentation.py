@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .beginnings import beginnings
-from .change_places import GAIN, LEVEL, Place, best_walk, part_of, standing, walked, walks
+from .change_places import GAIN, LEVEL, Place, part_of, standing
 from .change_search import searched
 from .driven_noise import are_missed, beside_moves, by_moves
 from .growing_noise import Growth, growth
@@ -19,6 +19,7 @@ from .response import Response
 from .response_covariance import covariance, without_end
 from .response_orders import grown
 from .response_record import long_run, recorded
+from .walks import best_walk, walked, walks
 
 EDGE, BESIDE = 6, 5.0  # part of a record that is its edge; log odds that chance may take
 NOISE = "noise"
