@@ -1,7 +1,5 @@
 """Tables as stations, meters and calculators of power plants write them."""
 
-import json
-
 import numpy as np
 import pytest
 

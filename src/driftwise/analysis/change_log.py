@@ -35,6 +35,10 @@ class Change:
         """What moved, and the odds, without the time."""
         return f"{self.moved} (odds {odds_words(self.odds)})"
 
+    def spans(self, time: float) -> bool:
+        """Whether it may have happened at a time."""
+        return self.times[0] <= time <= self.times[1]
+
 
 class ChangeLog:
     """Changes of a record that comes in pieces; the end of the last piece is looked at together with the next."""

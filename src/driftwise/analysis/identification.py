@@ -342,11 +342,15 @@ class Finder:
             effects = effects.unending()
         elif effects.of and effects.is_hindsight and not effects.is_endless:  # the whole record tells a pole from one
             rest = [v for v in rest if v.name != "stability"]
-        changes = [where_known(change, effects.of) for change in self.log.changes]
+        seams = [begin for begin, _ in breaks] if self.table.stacked else []  # of recordings one below the other
+        known = [where_known(change, effects.of) for change in self.log.changes]
+        changes = [change for change in known if not any(change.spans(seam) for seam in seams)]
         last = self.log.last and where_known(self.log.last, effects.of)
+        if last and any(last.spans(seam) for seam in seams):
+            last = changes[-1] if changes else None
         return Identification(
             self.table, trace, forecast, self.summary, self.forecast_summary, self.own_summary, changes,
             Diagnosis([*own, *rest]), self.identifier.rivals, self.identifier.chosen, naive, self.identifier.naive,
-            self.identifier.center, self.origin, self.log.count, last, tuple(losses), tuple(breaks),
-            effects, self.log.visible, self.log.growth,
+            self.identifier.center, self.origin, self.log.count - len(known) + len(changes), last, tuple(losses),
+            tuple(breaks), effects, self.log.visible, self.log.growth,
         )  # fmt: skip

@@ -126,12 +126,17 @@ def least_squares(X, y) -> np.ndarray:
 
 
 def autoregression(v, most: int) -> np.ndarray:
-    """Return f of v(t) = -f1 v(t-1) .. + e, as many as Schwarz's criterion asks for; v is NaN where not known."""
+    """Return f of v(t) = -f1 v(t-1) .. + e, as many as Schwarz's criterion asks for; v is NaN where not known.
+
+    What has run away beyond all numbers has no colour.
+    """
     known = np.isfinite(v)
     X = regressors(v, known, min(most, max(len(v) // 30, 0)))
     if len(X) < 2:
         return np.zeros(0)
     whole = X @ X.T
+    if not np.isfinite(whole).all():
+        return np.zeros(0)
     G, g, power, n = whole[1:, 1:], whole[0, 1:], float(whole[0, 0]), X.shape[1]
     q = np.arange(1, len(X))
     f = ahead(G, g)

@@ -171,8 +171,8 @@ def recognised(table: OpenTable, output=None, inputs=None, time=None, dt=None) -
             found = recognise(_head(table, time), output, inputs, *how)
         found = found if dt is None else on_clock(found, dt)
         again = found.sampling.restarts
-        stacked = table.recordings(again + 1) if again else ()
-        return worded(replace(found, stacked=stacked, otherwise=tuple(table.otherwise)))
+        stacked, recordings = table.recordings(again + 1) if again else ((), 0)
+        return worded(replace(found, stacked=stacked, recordings=recordings, otherwise=tuple(table.otherwise)))
     except InputError as error:
         raise InputError(f"{table.title}: {error}") from None
 

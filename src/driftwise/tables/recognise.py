@@ -81,7 +81,8 @@ class Table:
     timed : whether the clock is in seconds; if not, its unit is not known
     rows : rows that were looked at
     given : the parts that the caller gave
-    stacked : the columns that tell recordings apart that stand one below the other, () where there are none
+    stacked, recordings : the columns that tell recordings apart that stand one below the other, () where there are
+        none, and how many they are
     otherwise : how its rows are read, where that is not as they stand; a sentence each
     rivals : columns that may be the output as well, as far as their names go; () where names decide
     alternatives : `Reading` of each that the evidence leaves open, the likelier first; () where it decides
@@ -99,6 +100,7 @@ class Table:
     rows: int
     given: frozenset[str] = frozenset()
     stacked: tuple[str, ...] = ()
+    recordings: int = 0
     otherwise: tuple[str, ...] = ()
     rivals: tuple[str, ...] = ()
     alternatives: tuple[Reading, ...] = ()

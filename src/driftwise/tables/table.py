@@ -19,6 +19,7 @@ from driftwise.tables.source import Source, title_of
 
 MOST_COLUMNS = 4096  # among which it is found out what they are; a few milliseconds each
 APART = 0.98  # share of the rows of a stamp that are of one recording each, at least
+FEW, MORE = 4, 4  # recordings, beyond which one in so many may begin without that the clock shows it
 HEAD_ROWS = 65_536  # rows by which a table is recognised, whatever its chunks
 
 
@@ -71,19 +72,23 @@ class OpenTable:
         self.head |= {name: in_tens(self.head[name], ten) for name, ten in self.tens.items()}
         self.bad = {}
 
-    def recordings(self, count: int) -> tuple[str, ...]:
-        """Return the columns that tell ``count`` recordings apart, one below the other; () where there are none."""
+    def recordings(self, count: int) -> tuple[tuple[str, ...], int]:
+        """Return the columns that tell recordings apart, one below the other, and how many there are; () where none do.
+
+        ``count`` recordings are told by the clock, which starts again; a few more may begin when the one before ended.
+        """
+        most = count + max(count // MORE, 1) if count > FEW else count
         whole = {}
         for name in self._first:
             cells = self._texts(name) if self.kinds[name] != "stamp" else []
             begins = [k for k, cell in enumerate(cells) if not k or cell != cells[k - 1]]
-            if len(begins) == len({cells[k] for k in begins}) == count:
-                return (name,)
+            if count <= len(begins) == len({cells[k] for k in begins}) <= most:
+                return (name,), len(begins)
             if len(begins) <= count and len(set(cells)) > 1:
                 whole[name] = cells
         rows = list(zip(*whole.values()))
         runs = [row for k, row in enumerate(rows) if not k or row != rows[k - 1]]
-        return tuple(whole) if len(runs) == len(set(runs)) == count else ()
+        return (tuple(whole), count) if len(runs) == len(set(runs)) == count else ((), 0)
 
     def keep_one(self, clock: str | None, but=()) -> bool:
         """Keep the rows of the first of several recordings that share their stamps; whether a column names them.

@@ -132,9 +132,9 @@ def _sampling_notes(table: Any) -> list[Claim]:
     if table.stacked:
         names = listed(list(map(repr, table.stacked))) + (" names" if len(table.stacked) == 1 else " name")
         add(
-            f"{names} {s.restarts + 1} recordings, one below the other, and one plant is fitted to all of them: keep "
-            "the rows of one to learn of that one alone.",
-            s.restarts + 1,
+            f"{names} {table.recordings} recordings, one below the other, and one plant is fitted to all of them: keep "
+            "the rows of one to learn of that one alone. What changes from one to the next is not told.",
+            table.recordings,
         )
     if s.duplicates:
         add(
