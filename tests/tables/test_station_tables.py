@@ -80,3 +80,14 @@ def test_json_is_refused_by_its_name(tmp_path):
     )
     with pytest.raises(InputError, match="is JSON"):
         open_table(path)
+
+
+@pytest.mark.parametrize(
+    "zone, told", [("-07:00", True), ("+0530", True), ("Z", False), ("", False), ("+00:00", False)]
+)
+def test_stamps_of_another_zone_are_told_in_utc_and_that_is_said(tmp_path, zone, told):
+    rows = "\n".join(f"2019-01-01 {k // 4:02d}:{k % 4 * 15:02d}:00{zone},{y:.3f}" for k, y in enumerate(Y))
+    path = tmp_path / "zone.csv"
+    path.write_text("time,temperature\n" + rows + "\n")
+    notes = " ".join(autoread.read(path)[0].notes)
+    assert (f"written in the zone {zone}: dates are told in UTC" in notes) == told

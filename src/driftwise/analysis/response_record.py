@@ -134,7 +134,8 @@ def autoregression(v, most: int) -> np.ndarray:
     X = regressors(v, known, min(most, max(len(v) // 30, 0)))
     if len(X) < 2:
         return np.zeros(0)
-    whole = X @ X.T
+    with np.errstate(over="ignore", invalid="ignore"):
+        whole = X @ X.T
     if not np.isfinite(whole).all():
         return np.zeros(0)
     G, g, power, n = whole[1:, 1:], whole[0, 1:], float(whole[0, 0]), X.shape[1]

@@ -169,6 +169,7 @@ def recognised(table: OpenTable, output=None, inputs=None, time=None, dt=None) -
         found = recognise(_head(table, time), output, inputs, *how)
         if found.sampling.duplicates > SHARED * found.rows and table.keep_one(found.time, asked(output, inputs)):
             found = recognise(_head(table, time), output, inputs, *how)
+        table.note_zone(found.time)
         found = found if dt is None else on_clock(found, dt)
         again = found.sampling.restarts
         stacked, recordings = table.recordings(again + 1) if again else ((), 0)

@@ -11,6 +11,7 @@ from driftwise.tables.dialect import MINUS, MISSING
 LARGEST = 1e100  # whose square is a number yet
 USUAL = 30  # powers of ten: sizes of data beyond, either way, are counted in a unit of their own
 LOOK = 2000  # cells by which the kind of a column is settled
+UTC = ("", "UTC", "GMT", "ETC/UTC", "ZULU")  # as data frames call it
 NAT = -(2**63)  # nanoseconds of a missing time stamp: what NumPy calls NaT
 PER_SECOND = {"s": 1e0, "ms": 1e3, "us": 1e6, "ns": 1e9}
 ON, OFF = {"on", "true", "yes", "ein", "an", "ja", "wahr"}, {"off", "false", "no", "aus", "nein", "falsch"}
@@ -198,6 +199,24 @@ def seconds(column, decimal: str = ".", day_first: bool = True, are_dates: bool 
     if np.isfinite(values).any() or not bad.any():
         return _dated(values, bad, are_dates)
     return (*_stamps(column, day_first), True)
+
+
+def zone_of(column) -> str:
+    """Return the zone that stamps are written in, by the first of them; "" where there is none, or it is UTC.
+
+    >>> import pyarrow as pa
+    >>> zone_of(pa.array(["2019-01-01 00:00:00-07:00"])), zone_of(pa.array(["2019-01-01 00:00Z"]))
+    ('-07:00', '')
+    """
+    import pyarrow as pa
+
+    if pa.types.is_timestamp(column.type):
+        zone = column.type.tz or ""
+    else:
+        cells = trimmed(column.slice(0, LOOK)).drop_null().to_pylist() if is_text(column.type) else []
+        found = re.search(r"\d\d:\d\d(?::\d\d)?(?:[.,]\d+)?\s*([+-]\d\d:?(?:\d\d)?)$", cells[0]) if cells else None
+        zone = found[1] if found else ""
+    return "" if zone.upper() in UTC or not zone.strip("+-0:") else zone
 
 
 def _stamps(column, day_first):

@@ -9,7 +9,7 @@ from typing import Any
 
 from driftwise.engine.errors import InputError
 from driftwise.tables.calendar import calendar_of, is_part, joined
-from driftwise.tables.cells import are_beyond, converted, in_tens, kind_of, numbers, seconds, ten_of
+from driftwise.tables.cells import are_beyond, converted, in_tens, kind_of, numbers, seconds, ten_of, zone_of
 from driftwise.tables.chunks import CHUNK_ROWS, rechunked
 from driftwise.tables.clock import DAY, Clock, TimeOfDay
 from driftwise.tables.moments import moment
@@ -146,6 +146,12 @@ class OpenTable:
             yield (np.concatenate(list(parts), axis=1)[:, ::-1],)
         else:
             yield from ((part,) for part in parts)
+
+    def note_zone(self, clock: str | None) -> None:
+        """Note that stamps of a clock are told in UTC, where they are written in another zone."""
+        first = self._first[clock][0] if clock in self._clocks and clock not in self.calendar.values() else None
+        if first is not None and (zone := zone_of(first)):
+            self.otherwise.append(f"{clock!r} is written in the zone {zone}: dates are told in UTC.")
 
     def turn(self, clock: str) -> None:
         """Turn round the rows of a table whose newest row comes first; refuse one that is too long for that."""
