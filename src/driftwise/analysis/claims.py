@@ -10,6 +10,9 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
+import numpy as np
+from scipy.special import chdtri
+
 from ..models.quantities import NORMAL_95
 from ..results.claims import Claim
 from ..results.numbers import sentence
@@ -24,6 +27,7 @@ from .identifier import CLOSE
 from .seasons import season_words
 
 FAST = 0.05  # a pole below that is over within a sample
+NOTHING = 1e-3  # of processes without memory, that are told a mode
 SHOWN = 3  # changes that are named, the surest
 HELPS = 0.05  # of the error variance, that a season has to take away to be spoken of
 TABLE = "column", "clock", "table"  # kinds of claims that are about the table
@@ -92,7 +96,8 @@ def _dynamics(found) -> Iterator[Claim]:
             (p, std, angle) for (p, std), angle in zip(found.summary.moduli, angles) if abs(p) > FAST and p.imag >= 0
         ]
         is_of_deviations = bool(found.chosen.candidate.seasons)  # from a season that follows the output
-        if modes and found.is_useful and _is_seen(*modes[0][:2], found) and not is_of_deviations:
+        is_told = found.is_useful and not is_of_deviations and has_memory(found.summary.model)
+        if modes and is_told and _is_seen(*modes[0][:2], found):
             yield from _mode(*modes[0], table)
         return
     for name, effect in zip(table.inputs, effects.of):
@@ -117,6 +122,15 @@ def _is_seen(p: complex, std: float, found) -> bool:
     is_lasting = 1 - abs(p) < min(2 * std, NEAR)
     is_white = whiteness_verdict(found.summary.whiteness, found.summary.observed).is_fine
     return (is_lasting or is_white) and ((p.real > 0 and not p.imag) or not abs(p) < 2 * std)
+
+
+def has_memory(model) -> bool:
+    """Whether the past outputs of a model, taken together, are told from none: roots of nothing lie on a circle."""
+    n = model.form.n
+    a, P = model.values[:n], model.covariance[:n, :n]
+    scale = np.sqrt(np.maximum(P.diagonal(), 1e-300))
+    t = a / scale
+    return bool(t @ np.linalg.pinv(P / scale / scale[:, None]) @ t > chdtri(n, NOTHING))
 
 
 def _mode(p: complex, std: float, angle: float, table) -> Iterator[Claim]:
