@@ -34,6 +34,8 @@ def listen(url: str, wire: Wire, tracker, quiet: bool, keep: float, page=None) -
                     tell(tracker, events, True)
                     forget(tracker.targets, tracker.inbox.newest - 3600 * keep)
                     next_look = monotonic() + OFTEN
+            if source.has_ended and (found := wire.end(time.time())) is not None:
+                tell(tracker, _fed(tracker, found), False)
             tell(tracker, tracker.finish(), True)
         except BrokenPipeError:  # nobody reads what is told
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

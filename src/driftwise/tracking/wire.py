@@ -73,6 +73,10 @@ class Wire:
             return self._read(b"".join(self._frames(packet) for packet in packets))
         return self._read(b"".join(self._stamped(packet) for packet in packets))
 
+    def end(self, time: float) -> Plots | None:
+        """Return the plots of a last line that has no end, once a stream has."""
+        return self.take([Packet(time, b"\n")]) if self.kind == "lines" else None
+
     def _recognised(self, data: bytes) -> str:
         from .formats.pcap import is_capture
 
