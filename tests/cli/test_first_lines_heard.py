@@ -1,4 +1,4 @@
-"""`driftwise track --listen` loses nothing that it read: by Ctrl-C in the first lines, by a last line without an end."""
+"""`driftwise track --listen` loses nothing that it read: by Ctrl-C in the first lines, by a line without an end."""
 
 import json
 import os
