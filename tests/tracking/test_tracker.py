@@ -12,6 +12,7 @@ from driftwise_studies.score.motions import crowd
 
 import driftwise as dw
 from driftwise.engine.errors import InputError
+from driftwise.estimators.track import bank
 from driftwise.tracking.placed import placed
 from driftwise.tracking.plots import plots
 from driftwise.tracking.read import read_plots
@@ -120,11 +121,25 @@ def test_a_tracker_saved_before_errors_of_sensors_were_learnt_goes_on():
 def test_a_tracker_whose_tables_are_of_another_width_is_refused_before_anything_reads_beyond_them(name, tmp_path):
     run(traffic()).save(tmp_path / "tracker.npz")
     arrays = dict(np.load(tmp_path / "tracker.npz"))
-    # one number less is how states were before they had a pace
-    for wrong in (arrays[name][:, :-2], arrays[name].astype(np.float32), arrays[name][:, :, None]):
+    for wrong in (
+        arrays[name][:, :-1],
+        arrays[name][:, :-2],
+        arrays[name].astype(np.float32),
+        arrays[name][:, :, None],
+    ):
         np.savez(tmp_path / "wrong.npz", **(arrays | {name: wrong}))
         with pytest.raises(InputError, match=f"its {name} are .* this version keeps"):
             Tracker.load(tmp_path / "wrong.npz")
+
+
+def test_a_narrower_table_is_read_where_a_file_says_that_it_is_of_an_earlier_version(tmp_path):
+    run(traffic()).save(tmp_path / "tracker.npz")
+    arrays = dict(np.load(tmp_path / "tracker.npz"))
+    facts = json.loads(arrays["facts"].tobytes()) | {"schema": 5}
+    former = np.delete(arrays["states"], bank.PACE, axis=1)
+    said = np.frombuffer(json.dumps(facts).encode(), np.uint8)
+    np.savez(tmp_path / "former.npz", **(arrays | {"facts": said, "states": former}))
+    assert len(Tracker.load(tmp_path / "former.npz").tracks) == len(Tracker.load(tmp_path / "tracker.npz").tracks)
 
 
 def test_traffic_is_told_apart():

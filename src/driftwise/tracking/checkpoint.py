@@ -16,7 +16,9 @@ from .live import PLOT, TENTATIVE, Event, Live, Plot
 from .places import FREE
 from .plots import Fault
 
-SCHEMA = 5  # 4: what is learnt of plots without keys; 5: how much sensors err by objects that move
+# 4: what is learnt of plots without keys; 5: how much sensors err by objects that move; 6: tables as wide as today
+SCHEMA = 6
+AS_TODAY = 6  # from this schema on: what is narrower was damaged, and is no table of an earlier version
 PLAIN = "id key follows clock name code status period count allowance place due odds quiet".split()  # of a track
 LEARNT = "box hits chances begun born quiet sees_at_once".split()  # of plots without keys
 COUNTED = "counts time before begun numbers".split()  # of the targets
@@ -65,7 +67,8 @@ def restore(kind, path):
     with reading(path, "Tracker.save"):
         with np.load(path, allow_pickle=False) as file:
             arrays = dict(file)
-        facts = _upgraded(json.loads(arrays["facts"].tobytes()))
+        facts = json.loads(arrays["facts"].tobytes())
+        written, facts = facts["schema"], _upgraded(facts)
         if facts["schema"] != SCHEMA:
             raise InputError(f"it was written with schema {facts['schema']}, this version reads {SCHEMA}")
         tracker = kind(TrackEstimator(**facts["estimator"]), **facts["rules"])
@@ -76,7 +79,8 @@ def restore(kind, path):
         inbox.remember(facts["steps"])
         inbox.held = [(time, number, _plot(p)) for time, number, p in facts["held"]]
         inbox.strange = _plot(facts["strange"]) if facts["strange"] else None
-        _carry_over(tracker.estimator, arrays)
+        if written < AS_TODAY:
+            _carry_over(tracker.estimator, arrays)
         _check_widths(tracker.estimator, arrays)
         _put_back(tracker.targets, facts, arrays)
         return tracker
@@ -111,7 +115,9 @@ def _upgraded(facts: dict[str, Any]) -> dict[str, Any]:
         facts |= {"schema": 4, "at_once": [], "existence": learnt, "nobody": []}
     if facts["schema"] == 4:
         nobody = [[*row, 1.0] for row in facts["nobody"]]
-        facts |= {"schema": SCHEMA, "errors": {}, "nobody": nobody}
+        facts |= {"schema": 5, "errors": {}, "nobody": nobody}
+    if facts["schema"] == 5:
+        facts |= {"schema": SCHEMA}
     return facts
 
 
