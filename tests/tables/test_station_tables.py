@@ -91,3 +91,11 @@ def test_stamps_of_another_zone_are_told_in_utc_and_that_is_said(tmp_path, zone,
     path.write_text("time,temperature\n" + rows + "\n")
     notes = " ".join(autoread.read(path)[0].notes)
     assert (f"written in the zone {zone}: dates are told in UTC" in notes) == told
+
+
+def test_a_column_that_is_mostly_a_code_for_missing_is_no_signal():
+    """A logger writes -7999 where a sensor gives nothing, and this one hardly ever gives something."""
+    cold = np.where(RNG.random(96) < 0.8, -7999.0, -300.0 - Y)
+    table = autoread.read({"t": np.arange(96.0), "Temp a [deg C]": cold, "Temp b [deg C]": Y})[0]
+    assert table.output == "Temp b [deg C]"
+    assert "of its first 96 values stand for a missing one" in table["Temp a [deg C]"].why

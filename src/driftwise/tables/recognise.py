@@ -25,6 +25,7 @@ from .table_words import notes_of, words_of
 SHOWN = 8  # columns that a message lists
 LARGE = "numbers beyond 1e100"
 OUT_OF_STEP = 0.05  # share of stamps that may go back
+DOUBTFUL = 0.5  # share of the rows whose values are not believed, above which a column is no signal
 MARKS = 20  # values that a mark may have, at most
 MEASURED = frozenset(("anomaly", "class", "quality"))  # marks by name that may be quantities: a deviation, seats
 
@@ -34,7 +35,7 @@ class Column:
     """One column of a table.
 
     role : "time", "output", "input", or why it is neither: "text", "empty", "constant", "duplicate", "counter",
-        "label", "stuck", "spare"
+        "label", "stuck", "doubted", "spare"
     why : the reason, in a few words
     unit : from a row of units or from the name, "" if there is none
     missing : share of the first rows without a value
@@ -363,6 +364,8 @@ def _barred(name: Name, column: Column, values):
     if column.role != "spare":
         return column.role, column.why
     kinds = name.kinds
+    if column.doubted > DOUBTFUL * len(values):
+        return "doubted", f"{column.doubted} of its first {len(values)} values stand for a missing one"
     fine = values[np.isfinite(values)]
     whole = bool(np.all(fine == np.round(fine)))
     is_measured = bool(MEASURED & set(name.words)) and not whole and len(np.unique(fine)) > MARKS
