@@ -84,6 +84,7 @@ JUMP_AGE, LEVEL_AGE = 2.0, 8.0  # samples before one is told: one alone may be a
 YOUNG_ENOUGH = 200.0  # samples in which one is looked for
 FARTHEST = 1e6  # variance of its parameters, in units: a thousand deviations
 LEARNING, YOUTH = 10.0, 30.0  # samples, besides one a parameter, before its predictions count; and in which they do
+FAMILIAR = 100.0  # times R: a prediction of as much variance says nothing, some regressor is new to it
 BETTER, UNFIT = 5.0, -14.0  # log evidence at which it takes over; below which another begins
 AGREE, WITHIN = 0.55, 0.176  # share of the last rows that has to agree; mean square of that half of normal errors
 BEYOND = 16.0  # times the variance of those that agree: a row does not, as few do of any that are right

@@ -4,6 +4,7 @@ A wrong number among the first samples is fitted, since nothing is known yet tha
 the regressors of an `ARX`, and what it taught is as certain as all that is right. So in the first samples a filter
 with a wide prior begins again and again. It is not weighed by what it says while it learns: from then on what it
 predicts competes with what all others do, who have seen more, and are better unless what they have seen misleads them.
+A row with a regressor that has rested since it began teaches it and says nothing: no wrong number is a surprise there.
 Where some of the last rows contradict the others it begins with those that agree, and knows as much as they say.
 """
 
@@ -12,7 +13,7 @@ from ..engine.dispatch import kernel, rare
 from ..engine.elementary import log
 from ..engine.layout import Field, Layout, numbers
 from ..engine.ud import expand
-from .auto_constants import BETTER, CHANCES, FARTHEST, LEARNING, OF_LEFT_OUT, OFTEN, STRUCK, UNFIT, YOUTH
+from .auto_constants import BETTER, CHANCES, FAMILIAR, FARTHEST, LEARNING, OF_LEFT_OUT, OFTEN, STRUCK, UNFIT, YOUTH
 from .gauss_markov import relax
 from .modes import CHI2, FREEDOM, WEIGHT, error_of, hand_over, mode, size_of, take
 from .robust_start import fit_trimmed, says_enough
@@ -87,11 +88,11 @@ def start_again(memory, second, rows, e, R, evidence, unit, theta, P, view, leas
     one = mode(second.row, 0, N)
     error = error_of(one, e, view.psi, theta)
     share = share_of(memory, head[STRUCK_SO_FAR], head[AGE])
-    log_p, factor, rho, _, _ = take(memory, one, P, error, R, view, share, False, True, least)
+    log_p, factor, rho, T, _ = take(memory, one, P, error, R, view, share, False, True, least)
     relax(one.theta, one.U, one.D, memory.phi, view.b)
     head[AGE] += 1.0
     head[STRUCK_SO_FAR] += rho
-    if head[AGE] > N + LEARNING:
+    if head[AGE] > N + LEARNING and T < FAMILIAR * R:
         head[SCORE] += log_p + log(factor) - evidence
     return head[SCORE] > BETTER
 
