@@ -47,7 +47,7 @@ from .modes import update as update_bank
 from .moments import ODDS as MOMENT_ODDS
 from .moments import SINCE as MOMENT_SINCE
 from .moments import add_up, expected, follow_moment, forget_moments, look_back
-from .registry import LIKELY
+from .registry import BELIEVED, DOUBTED, LIKELY
 from .resolution import follow_resolution, least_variance
 from .robust_start import remember
 from .second_start import concede, is_explained, let_start, start_again
@@ -55,7 +55,7 @@ from .suspicion import calm, suspect
 from .trial import argue, begin_trial, end_trial, is_to_begin, is_to_end, time_update_copies
 from .trial_state import AGE, ODDS, show_none
 from .unknown_drift import SEEN, UNEXCITED, excite, lean, open_drift_state, rest
-from .verdict import A_JUMP, A_LEVEL, NO_JUMP, NOTHING, judge, quieter
+from .verdict import A_JUMP, A_LEVEL, NO_JUMP, NOTHING, judge, quieter, say_how_far
 from .verdict import follow as follow_verdict
 
 
@@ -93,6 +93,8 @@ def try_out(memory, parts, e, R, evidence, rho, outliers, view, least):
     rho = (1.0 - shown[0] - shown[1] - shown[2]) * rho + shown[0] * same + shown[1] * freed + shown[2] * level
     if head[VERDICT] != NOTHING:
         concede(trial, parts.second)
+        if view.fresh.size > 0 and head[VERDICT] == A_JUMP:
+            say_how_far(trial, unit, view.fresh)
         head[SINCE_NOW] = follow_verdict(memory, trial, parts.learner, own.bank, own.dense, unit, head[VERDICT])
         if head[VERDICT] != NO_JUMP:
             head[STRUCK_SO_FAR] = head[STRUCK_BEFORE]
@@ -215,6 +217,8 @@ def adapt_auto(memory, state, e, R, view):
         own.head[FREEDOM_NOW], own.head[SIGMA2_NOW] = merge_shy(memory, own, learner, theta, U, D)
     else:
         own.head[FREEDOM_NOW], own.head[SIGMA2_NOW] = merge(memory, own, theta, U, D)
+    if view.fresh.size > 0:
+        view.fresh[N] = BELIEVED if head[VERDICT] == A_JUMP else DOUBTED if trial.head[AGE] > 0.0 else 0.0
     if head[VERDICT] == NOTHING and trial.shown[0] + trial.shown[1] + trial.shown[2] > 0.0:
         blend(memory, parts, view)
     return T

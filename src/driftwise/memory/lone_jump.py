@@ -24,6 +24,8 @@ def weigh_alone(trial, error, rho, T, view, unit, s2):
         column, c = trial.F[i * N : (i + 1) * N], 0.0
         for j in range(N):
             c += view.psi[j] * column[j]
+        if view.fresh.size > 0:
+            c += view.fresh[i] - view.psi[i]
         trial.known[i] += gain * c * c
         trial.score[i] += gain * c * error
         for j in range(N):

@@ -92,6 +92,8 @@ class View(NamedTuple):
     cap : (N,) variances of the prior
     row : (N,) the regressors themselves
     y : the output that is being taken in; NaN where the memory sees another scale, or none
+    fresh : (N + 1,) slopes where parameters act through a state with a past of its own, had they been set free when a
+        doubt of them began, and behind them what the memory thinks of that doubt (`common.fresh`); empty elsewhere
 
     Examples
     --------
@@ -117,6 +119,10 @@ class View(NamedTuple):
     cap: np.ndarray  # variances of the prior, for that
     row: np.ndarray  # the regressors themselves: psi less what filters add to it
     y: float = math.nan  # the output that is being taken in; NaN where the memory sees another scale, or none
+    fresh: np.ndarray = np.zeros(0)  # slopes by parameters set free at a doubt, and whether there is one; or empty
+
+
+DOUBTED, BELIEVED = 1.0, 2.0  # what a memory thinks of a jump, behind `View.fresh`: that it may be; that it was
 
 
 class Alarm(NamedTuple):

@@ -156,6 +156,9 @@ def argue(memory, trial, past, e, R, is_right, theta, evidence, outliers, view, 
     """
     N, head = theta.size, trial.head
     half = N * (N + 1) // 2
+    freed_e, same = e, mode(trial.copies, SAME, N)
+    for i in range(view.fresh.size - 1):
+        freed_e += (view.psi[i] - view.fresh[i]) * (theta[i] - same.theta[i])
     error, rho, T = copy_sees(memory, trial, SAME, e, R, theta, outliers, view, least)
     weigh_alone(trial, error, rho, T, view, unit, own_sigma2(memory, mode(trial.copies, SAME, N).own))
     noise = memory.R if is_right else R
@@ -163,9 +166,13 @@ def argue(memory, trial, past, e, R, is_right, theta, evidence, outliers, view, 
         if memory.lags[i] > head[AGE]:  # this one may be the old one still, or not
             noise += WIDE * unit[i] * view.psi[i] * view.psi[i]
     since = head[AGE] if is_right else 0.0
-    freed_e = exchange(memory, past, view.psi, theta, e, since)
+    for i in range(view.fresh.size - 1):
+        view.psi[i], view.fresh[i] = view.fresh[i], view.psi[i]
+    freed_e = exchange(memory, past, view.psi, theta, freed_e, since)
     _, freed_rho, _ = copy_sees(memory, trial, FREED, freed_e, noise, theta, outliers, view, least)
     exchange(memory, past, view.psi, theta, e, since)
+    for i in range(view.fresh.size - 1):
+        view.psi[i], view.fresh[i] = view.fresh[i], view.psi[i]
     level_rho, level = 0.0, mode(trial.copies, LEVEL, N).own
     if memory.learns > 0.0:
         before = own_sigma2(memory, level)

@@ -24,9 +24,9 @@ from .auto_constants import (
     WIDEST,
 )
 from .likelihood_drift import begin_again, derivatives
-from .lone_jump import move_alone
+from .lone_jump import move_alone, spread_alone
 from .modes import WEIGHT, hand_over, mode, own_sigma2
-from .trial_state import AGE, ALONE, BEFORE, BESIDE, COPIES, FREED, GAP, IMPOSSIBLE, LEVEL, ODDS, SAME, is_told
+from .trial_state import AGE, ALONE, BEFORE, BESIDE, COPIES, FREED, GAP, IMPOSSIBLE, LEVEL, ODDS, SAME, WHICH, is_told
 
 NOTHING, A_JUMP, A_LEVEL, NO_JUMP = range(4)
 
@@ -105,6 +105,17 @@ def weigh_up(shown, moved, shy):
     for k in range(COPIES):
         is_faint = shown[k] <= FAINT * total
         shown[k], moved[k] = (0.0, 0.0) if is_faint else (shown[k] / total, moved[k] / all_moved)
+
+
+@rare
+def say_how_far(trial, unit, out):
+    """Write what each parameter jumped by, if it did."""
+    same, freed = mode(trial.copies, SAME, unit.size), mode(trial.copies, FREED, unit.size)
+    is_alone, one = trial.found[SAME] + trial.head[ALONE] > trial.found[FREED], int(trial.head[WHICH])
+    for i in range(unit.size):
+        out[i] = 0.0 if is_alone else freed.theta[i] - same.theta[i]
+    if is_alone:
+        out[one] = spread_alone(trial, unit, one) * trial.score[one]
 
 
 @rare

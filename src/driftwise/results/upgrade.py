@@ -80,6 +80,7 @@ class Form(Enum):
     NO_ACROSS = "no average learnt from its forecasts across gaps"
     ONE_KIND = "AutoMemory did not tell outliers of the sensor from those of the process"
     NO_STEP = "AutoMemory did not learn in which steps outputs are recorded"
+    NO_FRESH = "no joint filter of an output error kept what parameters have done since they are doubted"
 
 
 def until(last: Form, was: Any, now: Any) -> dict[Form, Any]:
@@ -186,12 +187,20 @@ def _parts(estimator) -> Iterator[tuple[str, list[Piece]]]:
         if members and name == "own":
             yield name, [_average(estimator, size)]
             continue
+        if name == "fresh":
+            yield name, [Piece(until(Form.NO_FRESH, 0, size), size, until(Form.NO_FRESH, _none_yet, None))]
+            continue
         pieces = []
         if name in kinds:
             kind, piece = kinds[name]
             kept = [policy for one in estimator.parts for policy in one.policies if isinstance(policy, kind)]
             pieces = [piece(policy, size // len(kept)) for policy in kept]
         yield name, pieces if sum(p.now for p in pieces) == size else [Piece(dict.fromkeys(Form, size), size)]
+
+
+def _none_yet(was: np.ndarray, piece: Piece) -> np.ndarray:
+    """Return numbers that were not kept: nothing has happened."""
+    return np.zeros((*was.shape[:-1], piece.now))
 
 
 def _mixture(detector, size: int) -> Piece:
@@ -236,12 +245,12 @@ def _piece(memory, size: int) -> Piece:
         **until(Form.NO_GAPS, fourth, last),
         Form.BANKS: drift_state_size(N, first), Form.ONE_START: second, Form.SHORT_HEAD: third,
         Form.NO_ROWS: last + UNCOUNTED, Form.NO_MOMENTS: with_rows,
-        **dict.fromkeys((Form.NO_ACROSS, Form.ONE_KIND), with_moments), Form.NO_STEP: now - KEPT,
+        **dict.fromkeys((Form.NO_ACROSS, Form.ONE_KIND), with_moments), Form.NO_STEP: now - KEPT, Form.NO_FRESH: now,
     }  # fmt: skip
     makers = {
         **until(Form.NO_GAPS, _longer_head, _counting), Form.BANKS: _trials, Form.ONE_START: _second_start,
         Form.NO_ROWS: _longer, Form.NO_MOMENTS: _longer,
-        **dict.fromkeys((Form.NO_ACROSS, Form.ONE_KIND), _one_kind), Form.NO_STEP: _longer,
+        **dict.fromkeys((Form.NO_ACROSS, Form.ONE_KIND), _one_kind), Form.NO_STEP: _longer, Form.NO_FRESH: None,
     }  # fmt: skip
     return Piece(before, now, makers, memory)
 
@@ -257,7 +266,7 @@ def _average(estimator, size: int) -> Piece:
         Form.BANKS: first, Form.ONE_START: second, Form.SHORT_HEAD: second, Form.NO_SPREAD: apart + 2,
         Form.ONE_WIDTH: apart + 3 + 3 * MEANS, Form.NO_GAPS: apart + 1 + 3 * MEANS + 4 * SHAPES,
         **dict.fromkeys(AVERAGED, size - 3 * (members + 1) - 3 * ACROSS - 2),
-        Form.ONE_KIND: size, Form.NO_STEP: size,
+        Form.ONE_KIND: size, Form.NO_STEP: size, Form.NO_FRESH: size,
     }  # fmt: skip
     makers = {
         **until(Form.SHORT_HEAD, _alone, None), Form.NO_SPREAD: _of_one_width, Form.ONE_WIDTH: _of_one_width,

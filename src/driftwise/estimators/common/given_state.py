@@ -20,6 +20,7 @@ from ...engine.dispatch import kernel
 from ...engine.ud import correct, marginal, predicted_variance
 from ...memory.registry import View, adapt, begin, outlier_probability, time_update
 from ...models.scale import sigma2
+from .fresh import correct_fresh, follow_fresh, show_fresh
 
 VAGUE = 100.0
 COUNT, WEIGHT, SCORE, COUNTS = range(4)  # of the numbers kept where samples fade, and how many
@@ -37,12 +38,13 @@ class Room(NamedTuple):
     b: np.ndarray
     c: np.ndarray
     gain: np.ndarray
+    fresh: np.ndarray
 
 
 @kernel
 def room_size(rows, N):
     """Return how many numbers of scratch ``rows`` unknowns before N parameters need."""
-    return rows * N + N * (N - 1) // 2 + 6 * N + rows
+    return rows * N + N * (N - 1) // 2 + 7 * N + rows + 1
 
 
 @kernel
@@ -56,9 +58,10 @@ def open_room(space, rows, N):
     b = f + N
     c = b + N
     gain = c + N
+    fresh = gain + rows
     return Room(
         space[:U].reshape(rows, N), space[U:psi], space[psi:before], space[before:row], space[row:f], space[f:b],
-        space[b:c], space[c:gain], space[gain : gain + rows],
+        space[b:c], space[c:gain], space[gain:fresh], space[fresh : fresh + N + 1],
     )  # fmt: skip
 
 
@@ -115,12 +118,12 @@ def sigma2_of_few(scale, left, chi2):
 
 
 @kernel
-def view_of_parameters(s, D, room, s2, weight, surprise, y):
+def view_of_parameters(s, D, room, s2, weight, surprise, y, fresh):
     """Return what a memory sees of a regression on theta."""
     rows = room.gain.size
     return View(
         0, s[rows:], room.U, D[rows:], room.row, room.f, room.b, room.c,
-        s2, weight, surprise, 0.0, s[:0], room.row, y,
+        s2, weight, surprise, 0.0, s[:0], room.row, y, fresh,
     )  # fmt: skip
 
 
@@ -128,17 +131,17 @@ def view_of_parameters(s, D, room, s2, weight, surprise, y):
 def begin_given_state(memory, memory_state, s, U, D, room):
     """Let the memory begin with the prior of the parameters."""
     marginal(U, room.gain.size, room.psi.size, room.U)
-    begin(memory, memory_state, view_of_parameters(s, D, room, 1.0, 0.0, math.nan, math.nan))
+    begin(memory, memory_state, view_of_parameters(s, D, room, 1.0, 0.0, math.nan, math.nan, s[:0]))
 
 
 @kernel
-def adapt_given_state(memory, memory_state, e, R, usual, s, U, D, f, room, s2, weight, y):
+def adapt_given_state(memory, memory_state, e, R, usual, s, U, D, f, room, s2, weight, y, fresh):
     """Take the innovation e of the row h, f = U'h, into s and U D U' by the memory's own rule; return its variance T.
 
     ``usual`` is the variance of the noise, y the output, NaN if e is in other units. A row that says next to nothing,
     since the state is lost or has never been known, may be of any size: the memory sees it in units in which var v' is
     VAGUE times that, so that no mean square of regressors is spoilt. An outlier, as the memory has it, teaches x
-    nothing.
+    nothing. ``fresh``: see `common.fresh`; empty where the state has no past of its own.
     """
     rows, N = room.gain.size, room.psi.size
     separate(U, f, room)
@@ -150,7 +153,9 @@ def adapt_given_state(memory, memory_state, e, R, usual, s, U, D, f, room, s2, w
     for j in range(N):
         room.before[j] = s[rows + j]
         room.row[j], room.f[j] = root * room.psi[j], root * f[rows + j]
-    view = view_of_parameters(s, D, room, s2, weight, math.nan, y)
+    if fresh.size > 0:
+        show_fresh(fresh, room.fresh, room.A, room.psi, root)
+    view = view_of_parameters(s, D, room, s2, weight, math.nan, y, room.fresh if fresh.size > 0 else s[:0])
     T = adapt(memory, memory_state, root * e, share * own, view) / share
     if not T > 0.0:
         return T
@@ -158,6 +163,8 @@ def adapt_given_state(memory, memory_state, e, R, usual, s, U, D, f, room, s2, w
     for j in range(N):
         room.before[j] = s[rows + j] - room.before[j]
         left -= room.psi[j] * room.before[j]
+    if fresh.size > 0:
+        left += follow_fresh(fresh, room.fresh, s, room.A, room.psi)
     is_clean = own > R and not outlier_probability(memory, memory_state) > 0.5
     if is_clean:
         own = correct(U[: rows * (rows - 1) // 2], Dx, fx, R, room.gain)
@@ -171,6 +178,8 @@ def adapt_given_state(memory, memory_state, e, R, usual, s, U, D, f, room, s2, w
         else:
             for j in range(N):
                 s[i] += room.A[i, j] * room.before[j]
+    if fresh.size > 0 and is_clean:
+        correct_fresh(fresh, room.gain, own, N)
     put_together(U, room)
     return T
 
@@ -186,7 +195,7 @@ def pass_time_given_state(memory, memory_state, s, U, D, room, s2, weight, surpr
     slopes(U, room)
     for j in range(N):
         room.before[j] = s[rows + j]
-    view = view_of_parameters(s, D, room, s2, weight, surprise, math.nan)
+    view = view_of_parameters(s, D, room, s2, weight, surprise, math.nan, s[:0])
     lam, status = time_update(memory, memory_state, 1.0, view)
     for i in range(rows):
         for j in range(N):

@@ -140,7 +140,7 @@ def view_of(form, state, scratch, s2, surprise):
     s, weight = state.s, state.counts[WEIGHT] if form.fades > 0.0 else state.head[OBSERVED]
     return View(
         scratch.n, s, state.U, state.D, s[:0], scratch.f, scratch.b, scratch.h,
-        s2, weight, surprise, 0.0, s[:0], s[:0], math.nan,
+        s2, weight, surprise, 0.0, s[:0], s[:0], math.nan, s[:0],
     )  # fmt: skip
 
 
@@ -159,7 +159,7 @@ def take_in(form, memory, state, scratch, e, R, usual, s2):
     if form.learns > 0.0:
         weight = state.counts[WEIGHT]
         room = scratch.room
-        return adapt_given_state(memory, state.memory_state, e, R, usual, s, U, D, f, room, s2, weight, math.nan)
+        return adapt_given_state(memory, state.memory_state, e, R, usual, s, U, D, f, room, s2, weight, math.nan, s[:0])
     return measurement_update(s, U, D, f, e, R, scratch.b)
 
 

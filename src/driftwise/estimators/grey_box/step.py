@@ -96,7 +96,7 @@ def view_of(form, s, state, scratch, s2, surprise):
     weight = state.counts[WEIGHT] if form.fades > 0.0 else state.head[row.OBSERVED]
     return View(
         int(form.n), s, state.U, state.D, s[:0], scratch.f, scratch.c, scratch.b,
-        s2, weight, surprise, 0.0, s[:0], s[:0], math.nan,
+        s2, weight, surprise, 0.0, s[:0], s[:0], math.nan, s[:0],
     )  # fmt: skip
 
 
@@ -251,7 +251,7 @@ def take_in(form, memory, s, state, scratch, e, s2):
     if form.learns > 0.0:
         room, weight = room_of(form, scratch), state.counts[WEIGHT]
         return adapt_given_state(
-            memory, state.memory_state, e, 1.0, 1.0, s, state.U, state.D, scratch.f, room, s2, weight, math.nan
+            memory, state.memory_state, e, 1.0, 1.0, s, state.U, state.D, scratch.f, room, s2, weight, math.nan, s[:0]
         )
     return measurement_update(s, state.U, state.D, scratch.f, e, 1.0, scratch.b)
 

@@ -10,6 +10,7 @@ import numpy as np
 from ...detect.gate import InnovationGate, resolve_gate
 from ...engine import validation
 from ...engine.errors import InputError
+from ...memory.auto import AutoMemoryKernel
 from ...memory.constant import Constant
 from ...memory.random_walk import RandomWalk
 from ...memory.restart_on_change import CovarianceInflationKernel
@@ -167,6 +168,7 @@ class Joint(FadingPosterior):
             slopes,
             forgets_state(forget_state, memory),
             float(model.has_offset),
+            float(isinstance(kernel_noise, noises.Sensor) and isinstance(memory, AutoMemoryKernel)),
         )
         # where samples fade the row keeps 2 alpha and 2 beta, and they fade with the memory
         kernel_scale = InverseGamma(0.0, 0.0) if fades and relative else self.scale

@@ -45,6 +45,7 @@ class Form(NamedTuple):
     slopes: Size  # 1: the detector wants the slopes of the innovations by the parameters
     forgets_state: float  # 1: what it forgets of the parameters it forgets of the state given them, too
     offset: Size = 0.0  # 1: the last parameter is an offset
+    fresh: Size = 0.0  # 1: the memory doubts parameters, and the state has a past of its own: `common.fresh`
 
 
 JOINT = Layout(
@@ -70,6 +71,7 @@ JOINT = Layout(
     policy("detector_state", of="detector"),
     policy("memory_state", of="memory"),
     Field("counts", (f"{COUNTS} * fades",), "samples that count, for sigma^2 and for the gain; log density of all"),
+    Field("fresh", ("(1 + n * (N - n)) * fresh",), "what parameters do to x since they are doubted; whether they are"),
     k="inputs + coloured",
     N="n * (k + 2) + direct + offset",
 )

@@ -14,6 +14,7 @@ from ...memory.registry import Alarm, View, begin, count, found_jump, on_alarm, 
 from ...models.noise import Coloured, Sensor, Unknown, White, held_back
 from ...models.scale import sigma2
 from ...models.stability import is_inside, shrink_inside
+from ..common.fresh import pass_fresh
 from ..common.given_state import (
     COUNT,
     SCORE,
@@ -39,6 +40,7 @@ from .row import (
     USED_E,
     USED_R,
     USED_T,
+    USED_Y,
     Form,
     predict_output,
     project,
@@ -184,6 +186,8 @@ def restart_state(state, n, Px, s2):
     for j in range(state.D.size):
         for i in range(min(j, n)):
             state.U[j * (j - 1) // 2 + i] = 0.0
+    for i in range(1, state.fresh.size):
+        state.fresh[i] = 0.0
 
 
 # --- an unknown noise polynomial must stay invertible: its zeros are drawn back inside, all else moves with them ---
@@ -260,7 +264,7 @@ def view_of(form, state, scratch, s2, surprise):
     s, weight = state.s, state.counts[WEIGHT] if form.fades > 0.0 else state.head[OBSERVED]
     return View(
         scratch.n, s, state.U, state.D, s[:0], scratch.f, scratch.c, scratch.b,
-        s2, weight, surprise, 0.0, s[:0], s[:0], math.nan,
+        s2, weight, surprise, 0.0, s[:0], s[:0], math.nan, s[:0],
     )  # fmt: skip
 
 
@@ -279,8 +283,9 @@ def take_in(form, memory, state, scratch, y, e, R, usual, s2):
     if form.learns > 0.0:
         weight = state.counts[WEIGHT]
         return adapt_given_state(
-            memory, state.memory_state, e, R, usual, state.s, state.U, state.D, scratch.f, scratch.room, s2, weight, y
-        )
+            memory, state.memory_state, e, R, usual, state.s, state.U, state.D, scratch.f, scratch.room, s2, weight, y,
+            state.fresh,
+        )  # fmt: skip
     return measurement_update(state.s, state.U, state.D, scratch.f, e, R, scratch.b)
 
 
@@ -374,7 +379,7 @@ def step(form, noise, memory, gate, scale, detector, state, scratch, y, u, out, 
                     head[CHI2] = min(chi2, head[CHI2])
                 state.counts[SCORE] -= 0.5 * (log(2.0 * math.pi * s2 * T) + white * white)
                 alarm = found_jump(memory, state.memory_state, state.detector_state)
-                if alarm != 0.0 and not state_is_given(noise):
+                if alarm != 0.0 and not state_is_given(noise) and state.fresh.size == 0:
                     part_from_parameters(U, D, n, scratch.c)
             else:
                 head[CHI2] += e * e / T
@@ -394,6 +399,8 @@ def step(form, noise, memory, gate, scale, detector, state, scratch, y, u, out, 
     elif rho > DOUBTED:  # mean and variance of what it may be, itself or what was predicted
         z, doubt = z - rho * e, rho * (1.0 - rho) * e * e
     propagate(noise, state, scratch, z, yhat, Rn, spread, shown, is_known, status & MISSING_INPUT != 0, R - Rn, doubt)
+    if state.fresh.size > 0:
+        pass_fresh(state.fresh, s, n, scratch.blocks, scratch.memo[USED_Y], state.held)
     if white == white:
         release(noise, state, scratch, s2)
     if white == white and head[OBSERVED] > form.settle:

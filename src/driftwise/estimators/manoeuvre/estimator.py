@@ -120,7 +120,7 @@ class Manoeuvre(Posterior):
         P[3:, 3:] = pole_std**2 * np.outer(ALONG, ALONG)
         self._s0 = np.concatenate([np.zeros(3), STILL + pole * ALONG])
         (self._U0, self._D0), self.prior_covariance = factors_of(P), P
-        form = Form(3, 0, 0, 0, 3, 0, 1e-12, P[0, 0], 1e-60 * noise.R, np.inf, Silent().state_size(0), *6 * (0,))
+        form = Form(3, 0, 0, 0, 3, 0, 1e-12, P[0, 0], 1e-60 * noise.R, np.inf, Silent().state_size(0), *7 * (0,))
         self.policies = (
             ManoeuvreForm(*form, walk, pole_std**2, limit, SPREAD),
             noise, Constant(), resolve_gate(gate, model.N), self.scale, Silent(),

@@ -30,6 +30,7 @@ class ManoeuvreForm(NamedTuple):
     slopes: Size
     forgets_state: float
     offset: Size
+    fresh: Size
     walk: float  # variance of a step of phi
     cap: float  # its prior variance, never exceeded
     limit: float  # of |phi|
