@@ -12,7 +12,7 @@ import numpy as np
 import scipy.linalg
 import scipy.stats
 
-from driftwise.estimators.track import bank, circle, departure, judging, learning, legs, pole, step
+from driftwise.estimators.track import bank, circle, departure, judging, learning, legs, pole, step, unforeseen
 
 TINY = 1e-12  # no evidence is quite nothing
 
@@ -363,15 +363,18 @@ class Follower:
             V = (1 - share) * V + share * (rival.V + (1 - share) * np.outer(apart, apart))
         base, shares = np.diag(V), best.counts / best.counts.sum()
         scales = np.array(bank.SCALES)
+        rare, wider = best._unforeseen()
         spreading = shares @ np.array(bank.COUNTED)
         found = {"prediction": m + self.first, "base": base, "weights": best.w, "spreading": spreading, "onset": False}
+        found["variance"] = (1 - rare) * base * spreading + rare * (base + wider)
         if self.C == 2:
-            found["cross"] = V[0, 1]
+            found["cross"] = V[0, 1] * ((1 - rare) * spreading + rare)
         if y is None:
             best._tell(found, best.w)
             return found
         y = y - self.first
-        e, v = y - m, scales * base[:, None]
+        e, v = y - m, np.column_stack([scales * base[:, None], base + wider])
+        shares = np.append((1 - rare) * shares, rare)
         found["log_score"] = np.logaddexp.reduce(np.log(shares) + log_normal(e[:, None], v), axis=1)
         lower = np.array([[0.5 * math.erfc(-a / math.sqrt(2 * b)) for b in row] for a, row in zip(e, v)]) @ shares
         found["lower"] = lower
@@ -446,6 +449,12 @@ class Follower:
         """Return the log density of each scale of the tails, (C, J)."""
         v = np.array(bank.SCALES) * np.diag(self.V)[:, None]
         return np.log(self.counts / self.counts.sum()) + log_normal((y - self.m)[:, None], v)
+
+    def _unforeseen(self):
+        """Return the share of what no plot has shown, and by what it is wider than the mixture, (C,)."""
+        few = unforeseen.BEFOREHAND
+        cells = np.where((self.still > 0) & (self.grain == 0), max(3.8 * self.speed, *self.grain), 0.0)
+        return few / (self.seen + few), (0.1 * self.speed * self.d) ** 2 + cells**2
 
     def _density(self, y):
         return np.logaddexp.reduce(self._parts(y), axis=1).sum()

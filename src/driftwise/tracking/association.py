@@ -19,7 +19,9 @@ from ..estimators.track import bank
 from .live import Live, Plot
 
 AT = bank.TRACK_SAMPLE.slices(2)
-BASE, SHARES, SPREADING = (AT[name].start for name in ("base", "shares", "spreading"))
+BASE, SHARES, SPREADING, RARE, WIDER = (
+    AT[name].start for name in ("base", "shares", "spreading", "unforeseen", "wider")
+)
 MANOEUVRES = 0.05, 0.5  # probability, and how far one leads away by the next plot, of what is fast for the class
 
 
@@ -42,14 +44,16 @@ class Forecast:
         out = estimator.run(track.state.copy(), np.array((time,)), nothing, nothing)[0]
         self.east, self.north = out[:2].tolist()
         base, shares = out[BASE : BASE + 2].tolist(), out[SHARES : SHARES + bank.TAILS].tolist()
+        rare, wider = out.item(RARE), out[WIDER : WIDER + 2].tolist()
         self.says = all(0 < s < math.inf for s in base)  # something of the next plot
         if not self.says:
             return
-        self.variances = [s * out.item(SPREADING) for s in base]  # tails included
+        learnt = 1 - rare
+        self.variances = [learnt * s * out.item(SPREADING) + rare * (s + more) for s, more in zip(base, wider)]
         turns, far = MANOEUVRES[0], (MANOEUVRES[1] * estimator.speed * (time - track.last.time)) ** 2
         self.mixtures = [
-            [(share / math.sqrt(2 * math.pi * v * s), -0.5 / (v * s)) for share, v in zip(shares, bank.SCALES)]
-            for s in base
+            [_normal(learnt * share, v * s) for share, v in zip(shares, bank.SCALES)] + [_normal(rare, s + more)]
+            for s, more in zip(base, wider)
         ]
         a, b = base[0] + far, base[1] + far
         self.turned = turns / (2 * math.pi * math.sqrt(a * b)), -0.5 / a, -0.5 / b
@@ -71,6 +75,10 @@ class Forecast:
         total = share * math.exp(max(a * e + b * n, -700.0))
         total += self.steady * _mixed(self.mixtures[0], e) * _mixed(self.mixtures[1], n)
         return math.log(total) if total > 0.0 else -math.inf
+
+
+def _normal(share: float, variance: float) -> tuple[float, float]:
+    return share / math.sqrt(2 * math.pi * variance), -0.5 / variance
 
 
 def _mixed(mixture: list[tuple[float, float]], square: float) -> float:

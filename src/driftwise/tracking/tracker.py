@@ -21,7 +21,7 @@ from .tracks import Tracks, track_of
 
 FASTEST = {250.0: 400.0, 60.0: 150.0, 40.0: 150.0, 20.0: 60.0, 8.0: 40.0}  # m/s: typical speed of a class to its limit
 FARTHEST = 1e9  # m
-STATED = 1e-6, 1e10  # m^2: a variance beyond is no statement
+STATED = 1e-12, 1e10  # m^2: a variance beyond is no statement
 
 
 class Tracker:

@@ -183,6 +183,8 @@ TRACK_SAMPLE = Layout(
     ),
     Field("shares", ("TAILS",), "of the scales of the tails"),
     Field("weights", ("members(C)",), "of the members"),
+    Field("unforeseen", (), "share of the density that stands for what no plot has shown"),
+    Field("wider", ("C",), "each coordinate: by what its variance is larger than base"),
     given=("C",),
     TAILS=TAILS,
     members=members,

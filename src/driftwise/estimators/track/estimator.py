@@ -255,9 +255,10 @@ class TrackEstimator(Portable):
         base = out[2 * C : 3 * C]
         if not np.isfinite(base).all():
             return 0.0
-        shares, total = out[self.columns["shares"]], 0.0
-        for e, s in zip(position - out[:C], base):
-            v = np.array(bank.SCALES) * s
+        rare, total = out[self.columns["unforeseen"]], 0.0
+        shares = np.append((1 - rare) * out[self.columns["shares"]], rare)
+        for e, s, wider in zip(position - out[:C], base, out[self.columns["wider"]]):
+            v = np.append(np.array(bank.SCALES) * s, s + wider)
             total += float(np.logaddexp.reduce(np.log(shares) - 0.5 * np.log(2 * np.pi * v) - 0.5 * e * e / v))
         return total
 
@@ -306,7 +307,8 @@ class TrackEstimator(Portable):
         S = np.diag(out[2 * C : 3 * C])
         if C == 2:
             S[0, 1] = S[1, 0] = out[reported + bank.CROSS]
-        return S * out[reported + bank.SPREADING]
+        rare = out[self.columns["unforeseen"]]
+        return S * ((1 - rare) * out[reported + bank.SPREADING] + rare) + np.diag(rare * out[self.columns["wider"]])
 
     def shown(self, out) -> TrackStep:
         """Return a row of the trace's columns as a `TrackStep`."""

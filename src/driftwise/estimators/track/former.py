@@ -1,7 +1,8 @@
 """Rows and tables of tracks as they were before one of the members went by legs: what was learnt goes on.
 
 Members that are none any more are left out. Those that are keep their state; legs begin from the turn that stays. Later
-rows had no pace: what was typical of the time between plots is taken for it.
+rows had no pace: what was typical of the time between plots is taken for it. Tables had no column for what is
+unforeseen: their forecasts gave it nothing.
 """
 
 from __future__ import annotations
@@ -59,13 +60,16 @@ def _of_today(C: int, found: np.ndarray) -> np.ndarray:
 
 
 def table(C: int, found: np.ndarray) -> np.ndarray:
-    """Return tables of traces, (.., columns), with a column for each of today's members."""
-    first = bank.sample_at(C).shares + bank.TAILS
-    if found.ndim < 2 or found.shape[-1] != first + members(C):
+    """Return tables of traces, (.., columns), with today's columns: one for each member, and what is unforeseen."""
+    first, added = bank.sample_at(C).shares + bank.TAILS, bank.sample_at(C).unforeseen
+    if found.ndim < 2 or found.shape[-1] not in (first + members(C), added):
         return found
+    nothing = np.zeros((*found.shape[:-1], bank.columns(C) - added))
+    if found.shape[-1] == added:
+        return np.concatenate([found, nothing], axis=-1)
     weights = _chosen(found[..., first:], C, np.zeros((*found.shape[:-1], 1)))
     total = weights.sum(axis=-1, keepdims=True)
-    return np.concatenate([found[..., :first], weights / np.where(total > 0.0, total, 1.0)], axis=-1)
+    return np.concatenate([found[..., :first], weights / np.where(total > 0.0, total, 1.0), nothing], axis=-1)
 
 
 def _chosen(weights: np.ndarray, C: int, of_legs: np.ndarray) -> np.ndarray:

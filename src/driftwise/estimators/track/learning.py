@@ -13,7 +13,7 @@ import math
 
 from ...engine.dispatch import kernel
 from ...engine.elementary import exp, log, square
-from . import bank, circle, legs, linear, pole
+from . import bank, circle, legs, linear, pole, unforeseen
 
 MOST = 9.0  # that one e^2/S counts for the noise, unless the last was as large
 LOUD, AT_ONCE = 25.0, 0.5  # two such in a row are no accident: so much of the second the noise takes at once
@@ -34,7 +34,6 @@ FASTER = 2.5  # than plots have come so far: their noise is learnt anew, ..
 KNOWN, ANEW = 8.0, 6.0  # .. once so many plots were seen, as if only these had been
 PACES = 200.0  # plots in which the shortest time between them is forgotten
 FINEST, COARSEST = 1e-6, 1e6  # a plot's standard deviation, of what is fast for the class between two plots
-UNSEEN = 3.8  # s of what is fast: error on a lattice whose step is unknown, any from 2 ms of it to a minute, rms
 PRIOR = (0.1, 0.4, 2.0, 0.25, 0.06, 0.02, 0.01, 0.005, 0.05)  # plots that each scale of the tails is worth beforehand
 
 
@@ -81,7 +80,7 @@ def start_members(task, row, d, C, unit):
     T = bank.period(row)
     for c in range(C):
         stated = sane(task, row, T, row[bank.of_coordinate(C, bank.STATED, c)], c)
-        unit[c] = stated if stated > 0.0 else square(0.1 * task.fastest * d)
+        unit[c] = stated if stated > 0.0 else unforeseen.of_class(task, d)
         row[bank.of_coordinate(C, bank.LOG, c)] = log(unit[c])
     linear.begin(row, C, T, task.fastest, unit)
     for i in range(bank.circles(C)):
@@ -158,7 +157,7 @@ def cell_variance(task, row, C, c):
         return square(own) / 12.0
     for k in range(C):
         step = max(step, row[bank.of_coordinate(C, bank.GRAIN, k)])
-    return square(step) / 12.0 if step > 0.0 else square(UNSEEN * task.fastest)
+    return square(step) / 12.0 if step > 0.0 else square(unforeseen.UNSEEN * task.fastest)
 
 
 @kernel

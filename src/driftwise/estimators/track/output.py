@@ -7,12 +7,15 @@ from ...engine.elementary import log, square
 from ...engine.elementary.complementary import erfc_both
 from ...engine.normal import density
 from ...engine.status import NOT_READY
-from . import bank, circle, learning, legs, linear, pole
+from . import bank, circle, learning, legs, linear, pole, unforeseen
 
 
 @kernel
 def expect(C, w, mean, S, told):
-    """Fill ``told``: mean and variance of each coordinate in the mixture, from the first plot; their covariance."""
+    """Fill ``told``: mean and variance of each coordinate in the mixture, from the first plot; their covariance.
+
+    Places are left for what the unforeseen adds to the variances.
+    """
     for c in range(C):
         m, s = 0.0, 0.0
         for i in range(bank.members(C)):
@@ -45,12 +48,13 @@ def blend(C, share, other, told):
 def tell(row, C, y, w, told, parts, out):
     """Write forecast, density and where the plot (relative to the first, NaN is missing) lies in it.
 
-    ``parts`` (C * TAILS,) take what each scale of the tails has of the density.
+    ``parts`` (C * TAILS,) take what each scale of the tails has of the density, but for what is unforeseen.
     """
     total = 0.0
     for j in range(bank.TAILS):
         total += row[bank.row_at(C).tails + j]
-    spreading = 0.0
+    spreading, rare = 0.0, unforeseen.share(row)
+    out[bank.sample_at(C).unforeseen] = rare
     for j in range(bank.TAILS):
         out[bank.sample_at(C).shares + j] = row[bank.row_at(C).tails + j] / total
         spreading += bank.COUNTED[j] * out[bank.sample_at(C).shares + j]
@@ -65,6 +69,12 @@ def tell(row, C, y, w, told, parts, out):
             above, below = erfc_both(e / math.sqrt(2.0 * v))
             lower += share * 0.5 * below
             upper += share * 0.5 * above
+        out[bank.sample_at(C).wider + c] = told[2 * C + 1 + c]
+        v = s + told[2 * C + 1 + c]
+        above, below = erfc_both(e / math.sqrt(2.0 * v))
+        p = (1.0 - rare) * p + rare * density(e, v)
+        lower = (1.0 - rare) * lower + rare * 0.5 * below
+        upper = (1.0 - rare) * upper + rare * 0.5 * above
         out[bank.column(C, 0, c)], out[bank.column(C, 1, c)] = m + row[bank.of_coordinate(C, bank.FIRST, c)], e
         out[bank.column(C, 2, c)], out[bank.column(C, 3, c)] = s, log(max(p, 1e-300))
         out[bank.column(C, 4, c)], out[bank.column(C, 5, c)] = lower, upper

@@ -2,7 +2,7 @@
 
     prediction   m = sum w_i mu_i                                  per coordinate, one weight for all coordinates
     base         s = sum w_i (S_i + (mu_i - m)^2)
-    density      y ~ sum q_j N(m, kappa_j s): the tails are learnt
+    density      y ~ (1 - w) sum q_j N(m, kappa_j s) + w N(m, s + v): the tails are learnt, w and v are `unforeseen`
     outlier      waits for the next plot: until then there are two banks, one that used it, and a blend is told
 
 What members expect and who was right stands in `judging`, what is learnt of noise and tails in `learning`.
@@ -15,7 +15,7 @@ from typing import NamedTuple
 from ...engine.dispatch import kernel, pass_over
 from ...engine.elementary import log, square
 from ...engine.status import MISSING_OUTPUT, NOT_READY, OUTLIER, PROJECTED
-from . import bank, circle, departure, judging, learning, legs, linear, output, pole
+from . import bank, circle, departure, judging, learning, legs, linear, output, pole, unforeseen
 
 SUREST = 0.98  # of a plot that waits: how likely it is wild, at most, and how likely true
 MADE = 0.03  # by what it is less likely that a manoeuvre took an object farther off than its class goes in the time
@@ -109,6 +109,8 @@ def foretell(task, row, C, d, R, unit, g, mean, S, F, A, B, w, told):
     judging.foresee(row, C, T, d, task.fastest, unit, g, mean, S)
     judging.weigh(row, C, mean, w)
     output.expect(C, w, mean, S, told)
+    for c in range(C):
+        told[2 * C + 1 + c] = unforeseen.variance(task, row, C, d, c)
     return T
 
 
@@ -191,7 +193,7 @@ def advance(task, row, t, y, R, out, kept):
     M, n = bank.members(C), max(3 * C, 5)
     ahead, room, other, spare = kept[0], kept[1], kept[4], kept[5]
     unit, g, z, x = room[:C], room[C : 2 * C], room[2 * C : 3 * C], room[3 * C : 3 * C + n]
-    was, stated, told, rival, learnt = room[20:22], room[22:24], room[24:30], room[30:36], room[36:]
+    was, stated, told, rival, learnt = room[20:22], room[22:24], room[24:32], room[32:40], room[40:]
     w, scores = kept[2], kept[3, :M]
     parts = kept[3, M : M + C * bank.TAILS]
     mean, S = kept[6 : 6 + M], kept[6 + M : 6 + 2 * M]

@@ -47,7 +47,9 @@ class TrackTrace(Trace):
     @property
     def variance(self) -> np.ndarray:
         """Variance of the prediction error, (T, C); infinite for the first plot."""
-        return self._column("base") * self._single("spreading")[:, None]
+        rare = self._single("unforeseen")[:, None]
+        spreading = (1 - rare) * self._single("spreading")[:, None] + rare
+        return self._column("base") * spreading + rare * self._column("wider")
 
     @property
     def nis(self) -> np.ndarray:
@@ -65,16 +67,18 @@ class TrackTrace(Trace):
         return normal_score(self._column("lower"), self._column("upper"))
 
     def tails(self) -> np.ndarray:
-        """Return the shares of the normal components of the forecast, (T, J); their variances are in `bank.SCALES`."""
+        """Return the shares of the scales of the tails in what is learnt, (T, J); their variances: `bank.SCALES`."""
         return self.table[:, self.estimator.columns["shares"]]
 
     def band(self, level: float = 0.95) -> np.ndarray:
         """Half-width of the prediction interval of each coordinate, a quantile of the density, (T, C)."""
-        weight, base = self.tails(), self._column("base")
+        base, wider, rare = self._column("base"), self._column("wider"), self._single("unforeseen")[:, None]
+        weight = np.hstack([(1 - rare) * self.tails(), rare])
         found = np.full(base.shape, math.inf)
         for c in range(base.shape[1]):
             used = np.isfinite(base[:, c])
-            scale = np.sqrt(base[used, c][:, None] * np.array(bank.SCALES))
+            each = base[used, c][:, None] * np.array(bank.SCALES)
+            scale = np.sqrt(np.column_stack([each, base[used, c] + wider[used, c]]))
             dof = np.full(int(used.sum()), math.inf)
             found[used, c] = half_width(level, weight[used], np.zeros_like(scale), scale, dof)
         return found

@@ -15,6 +15,8 @@ HEAD = (
     "told", "delay, scans", "refused of wild",
 )  # fmt: skip
 
+MOST_NIS = 3.0  # of a track's mean
+
 
 class Total:
     """What scenes came to."""
@@ -35,6 +37,11 @@ class Total:
     def good(self) -> float:
         """Share of long tracks whose mean NIS is in .5 to 1.5."""
         return mean((self.nis >= 0.5) & (self.nis <= 1.5))
+
+    @property
+    def sober(self) -> float:
+        """Share of long tracks whose mean NIS is not above 3."""
+        return mean(self.nis <= MOST_NIS)
 
     @property
     def calibrated(self) -> float:
@@ -76,7 +83,7 @@ class Total:
     def row(self, name: str) -> list[str]:
         """Return the cells of a table's row."""
         return [
-            name, f"{len(self.found)}", f"{len(self.tracks)}", number(self.good), number(mean(self.nis > 3)),
+            name, f"{len(self.found)}", f"{len(self.tracks)}", number(self.good), number(1.0 - self.sober),
             number(mean([t.plot_share for t in self.tracks])), number(self.held("position")),
             number(self.held("velocity")), number(self.held("turning")),
             number(mean([t.density for t in self.tracks]), 2),
