@@ -232,11 +232,12 @@ class Second:
     def see(self, row, y, outliers, learnt, evidence, phi):
         """Take a sample in; how often there are outliers it counts itself."""
         pi = outliers * min((self.struck + 0.2) / (self.age + 20), 0.25)
+        says = row @ self.filter.P[0, 0] @ row + 1 < 100  # in units of the noise: no regressor is new to it
         self.filter, taken = update(self.filter, row[None], np.array([y]), learnt, pi)
         self.struck += taken.rho[0, 0]
         self.filter.theta, self.filter.P = self.filter.theta * phi, self.filter.P * outer(phi, phi)
         self.age += 1
-        if self.age > len(phi) + 10:
+        if says and self.age > len(phi) + 10:
             self.score += taken.evidence[0] - evidence
 
     def concede(self, trial):
