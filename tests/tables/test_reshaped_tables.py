@@ -184,3 +184,20 @@ def test_a_table_of_one_row_is_refused_without_a_warning(recwarn):
 def test_stamps_of_any_unit_are_a_clock(unit, step):
     stamps = np.datetime64("2001", unit) + np.arange(60)
     assert read({"time": stamps, "flow": np.random.default_rng(18).normal(size=60)})[0].step == step
+
+
+@pytest.mark.parametrize("is_split", [False, True])
+def test_rows_of_one_minute_are_no_recordings(is_split):
+    """Rows that come more often than their stamps tell are one recording, whatever counts them."""
+    rng = np.random.default_rng(8)
+    minutes = np.sort(rng.integers(0, 300, 400))
+    hours, left = 12 + minutes // 60, minutes % 60
+    if is_split:
+        clock = {"date": ["2006-09-21"] * 400, "clock time": [f"{h}:{m:02d}" for h, m in zip(hours, left)]}
+    else:
+        day = {name: np.full(400, part) for name, part in (("Year", 2006), ("Month", 9), ("Day", 21))}
+        clock = day | {"Hour": hours, "Minute": left}
+    y = 20 + 0.1 * np.cumsum(rng.standard_normal(400))
+    table, segments = read(clock | {"temperature": y, "sample": np.arange(400) + 1})
+    assert table.output == "temperature" and not table.otherwise
+    assert sum(int(np.isfinite(y).sum()) for _, y, _ in segments) > 200

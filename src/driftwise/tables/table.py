@@ -95,7 +95,7 @@ class OpenTable:
 
         It tells the rows of each stamp apart, by few names all along, and is none of ``but``.
         """
-        stamps = self._texts(clock) if clock is not None else []
+        stamps = list(zip(*map(self._texts, self._stamped(clock)))) if clock is not None else []
         most = max(Counter(stamps).values(), default=0)
         for name in [one for one in self._first if one not in but and self.kinds[one] != "stamp"]:
             cells = self._texts(name)
@@ -104,6 +104,12 @@ class OpenTable:
                 self._keep(name, cells, many)
                 return True
         return False
+
+    def _stamped(self, clock: str) -> list[str]:
+        """Return the columns that make up the stamps of a clock: parts of a date, or a date and a time of day."""
+        if clock == self.calendar.get("year"):
+            return list(self.calendar.values())
+        return [clock, self.time_of_day] if clock == self._date and self.time_of_day else [clock]
 
     def _keep(self, name: str, cells: list[Any], many: int) -> None:
         first = cells[-1 if self._is_turned else 0]
