@@ -150,17 +150,14 @@ class Legs:
         self.share, self.scale, self.pi = np.array(bank.LEG_SHARES), np.ones(2), np.array(bank.LEG_SHARES)
         self.x, self.P = np.zeros((n, 2), complex), np.zeros((n, 2, 2), complex)
         self.P[:] = np.diag([np.mean(unit), fastest**2])  # half of E[x x*], which each coordinate has
-        quiet = np.arange(n) < legs.QUIET
-        self.ends = np.where(quiet, legs.CALM, legs.LASTS)
-        follows = np.where(quiet[:, None] & quiet, 0.0, self.pi)  # from, to: no quiet leg on a quiet one
-        self.follows = follows / follows.sum(axis=1, keepdims=True)
+        self.ends = np.where(np.array(bank.LEG_RATES) == 0.0, legs.CALM, legs.LASTS)
 
     def predict(self, d, T, unit, g):
         ended = self.share * (1 - (1 - self.ends) ** (d / T))
-        stays, new = self.share - ended, ended @ self.follows
+        stays, new = self.share - ended, self.pi * ended.sum()
+        x, P = self.moments(ended / ended.sum())
         before, self.share = (self.x.copy(), self.P.copy()), stays + new
-        begun = [self.moments(w / w.sum()) for w in (ended[:, None] * self.follows).T]
-        for j, (x, P) in enumerate(begun):  # of those that stay and those that begin
+        for j in range(len(new)):  # of those that stay and those that begin
             a = np.array([stays[j], new[j]]) / self.share[j]
             both, their = np.stack([before[0][j], x]), np.stack([before[1][j], P])
             self.x[j] = a @ both
@@ -531,8 +528,6 @@ class Follower:
         self.weight = self.forgetting * self.weight
         of_all = np.log(max(self.w @ np.exp(score - score.max()), 1e-300))  # who is silent goes with all others
         self.weight += self.rate * np.where(known, score - score.max(), of_all)
-        if C == 2 and known[kalman - 1]:
-            self.weight[kalman - 1] += (1 - self.forgetting) * judging.AHEAD
         self.weight -= self.weight.max()
 
     def _learn_tails(self, y):
@@ -578,18 +573,9 @@ class Follower:
             for member, factor in zip(self.poles, factors[len(self.kalman) :]):
                 member.correct(w, ahead, unit, g)
                 member.scale = member.scale * factor
-        self.surprise = self._surprise(y)
+        self.surprise = (y - self.m) ** 2 / np.diag(self.V)
         self.gap, self.velocity, self.last = d, velocity, y
         self.time, self.seen = t, self.seen + 1
-
-    def _surprise(self, y):
-        """Return the squared deviations of a plot in the mixture of all but legs, to whom nothing is one."""
-        others = self.w * (np.arange(len(self.w)) != len(self.kalman) - 1) if self.C == 2 else self.w
-        if not others.sum() > judging.LEAST_REST:
-            return (y - self.m) ** 2 / np.diag(self.V)
-        w, used = others / others.sum(), others > 0
-        m = w[used] @ self.mean[used]
-        return (y - m) ** 2 / (w[used] @ (self.S[used] + (self.mean[used] - m) ** 2))
 
     def _tell(self, found, w):
         known = w[: len(self.kalman)] / w[: len(self.kalman)].sum()

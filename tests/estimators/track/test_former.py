@@ -28,8 +28,7 @@ def test_a_saved_track_goes_on_as_if_it_had_always_been_one_of_today(C):
     ahead, whole = est.scan(t[40:], y[40:, :C], state=state), est.scan(t, y[:, :C])
     off = np.abs(ahead.prediction - whole.prediction[40:]) / np.sqrt(whole.variance[40:])
     assert off.max() < 1.0 and off.mean() < 0.15
-    apart = abs(np.log(ahead.variance / whole.variance[40:])).mean()
-    assert apart < 0.35  # the tails are known by a hundred plots, and today's members have narrower ones in a turn
+    assert abs(np.log(ahead.variance / whole.variance[40:])).mean() < 0.3  # the tails are known by a hundred plots
     np.testing.assert_allclose(ahead.weights[-1], whole.weights[-1], atol=0.1)
 
 

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from ...engine.dispatch import kernel, pass_over
 from ...engine.elementary import exp, log
-from . import bank, judging, output, remembered
+from . import bank, output, remembered
 
 FAINT = 10.0  # log weight below the best pair's at which one no longer counts
 
@@ -128,7 +128,6 @@ def pass_over_both_ways(task, rows, q, kept, out, numbers):
         for i in range(K):
             for j in range(K):
                 prior = rows[k, i * size] - sum_i + q[k, j * size] - sum_j + (task.stay if i == j else 0.0)
-                prior -= judging.AHEAD if bank.goes_by_legs(C, j) else 0.0  # which both filters have
                 score[i, j] = -math.inf
                 if prior > -2.0 * FAINT - 10.0:
                     unpack(rows[k, i * size : (i + 1) * size], n, xi, Vi)

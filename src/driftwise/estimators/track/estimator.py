@@ -88,7 +88,7 @@ class TrackEstimator(Portable):
     >>> trace = dw.TrackEstimator("aircraft").scan(t, plots)
     >>> at = 40
     >>> print(f"{np.degrees(trace.turn_rate[at]):.1f} +- {np.degrees(trace.turn_rate_sd[at]):.1f} degrees a second")
-    2.5 +- 1.9 degrees a second
+    2.4 +- 1.5 degrees a second
     """
 
     trace_kind = TrackTrace
@@ -207,7 +207,7 @@ class TrackEstimator(Portable):
         >>> est = dw.TrackEstimator("aircraft")
         >>> for trace in (est.scan(t, plots), est.smooth(t, plots, lag=5), est.smooth(t, plots)):
         ...     print(np.sqrt(np.mean((trace.position - path)[10:] ** 2)).round(), "m")
-        16.0 m
+        15.0 m
         10.0 m
         7.0 m
         """

@@ -1,7 +1,6 @@
 """What the members of a track expect of a plot, and which of them the plot says were right.
 
 evidence     log w_i <- phi log w_i + eta sum_c log t(y_c; mu_ic, S_ic)     Student-t: a wild plot is no verdict
-prior        log w_i <- log w_i + (1 - phi) a                               of the member that goes by legs
 manoeuvre    P(manoeuvre) of a two-state Markov chain: members that see one against those that see none; no
              less than the lead in weight of those sure of one (2 standard deviations)
 """
@@ -15,8 +14,6 @@ from . import bank, circle, learning, legs, linear, pole
 FREEDOM = 6.0  # of the Student-t by which members are judged
 LOUDER = -10.0  # log probability that all is as expected but the noise, which is as large as it seems
 GENTLE = 250.0  # s, from rest to the speed of the class: an acceleration that is no manoeuvre
-AHEAD = 1.0  # log weight beforehand of the member that goes by legs, where it has an opinion
-LEAST_REST = 1e-9  # weight of all other members
 PLAIN = 3  # the member of constant velocity from which a manoeuvre leads away
 FRESH = 0.4  # of the mean of its innovations, what the last one counts
 FARTHEST = 3.0  # deviations that one counts at most
@@ -80,17 +77,6 @@ def weigh(row, C, mean, w):
         total += w[i]
     for i in range(M):
         w[i] /= total
-
-
-@kernel
-def set_legs_aside(C, w):
-    """Take the weight of the member that goes by legs: some turn explains noise that has jumped, in any place."""
-    rest = 0.0
-    for i in range(bank.members(C)):
-        rest += 0.0 if bank.goes_by_legs(C, i) else w[i]
-    if rest > LEAST_REST:
-        for i in range(bank.members(C)):
-            w[i] = 0.0 if bank.goes_by_legs(C, i) else w[i] / rest
 
 
 @kernel
@@ -180,8 +166,6 @@ def judge(task, row, C, T, y, unit, w, mean, S, exact, scores):
     at = bank.row_at(C).weights
     for i in range(M):
         row[at + i] = task.forgetting * row[at + i] + task.rate * (scores[i] - top)
-        if bank.goes_by_legs(C, i) and math.isfinite(mean[i, 0]):
-            row[at + i] += (1.0 - task.forgetting) * AHEAD
         best = max(best, row[at + i])
     for i in range(M):
         row[at + i] -= best
