@@ -35,9 +35,9 @@ class Change:
         """What moved, and the odds, without the time."""
         return f"{self.moved} (odds {odds_words(self.odds)})"
 
-    def spans(self, time: float) -> bool:
-        """Whether it may have happened at a time."""
-        return self.times[0] <= time <= self.times[1]
+    def spans_any(self, times) -> bool:
+        """Whether it may have happened at one of some times."""
+        return any(self.times[0] <= time <= self.times[1] for time in times)
 
 
 class ChangeLog:

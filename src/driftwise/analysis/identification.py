@@ -324,7 +324,8 @@ class Finder:
                 found = found.held(self.log.waits)
             useless = self.identifier.chosen.rmse >= min(self.identifier.naive.values())
             is_close = not found.error > WORSE * self.identifier.chosen.rmse
-            if not has_season if useless else is_close:
+            says_more = not has_season if useless else is_close
+            if says_more:
                 return found
         found = of_model(self.estimator.model_of(self.summary.state), len(self.table.inputs), self.summary.observed)
         white = whiteness_verdict(self.summary.whiteness, self.summary.observed)
@@ -344,9 +345,9 @@ class Finder:
             rest = [v for v in rest if v.name != "stability"]
         seams = [begin for begin, _ in breaks] if self.table.stacked else []  # of recordings one below the other
         known = [where_known(change, effects.of) for change in self.log.changes]
-        changes = [change for change in known if not any(change.spans(seam) for seam in seams)]
+        changes = [change for change in known if not change.spans_any(seams)]
         last = self.log.last and where_known(self.log.last, effects.of)
-        if last and any(last.spans(seam) for seam in seams):
+        if last and last.spans_any(seams):
             last = changes[-1] if changes else None
         return Identification(
             self.table, trace, forecast, self.summary, self.forecast_summary, self.own_summary, changes,

@@ -143,9 +143,7 @@ class OpenTable:
         """Yield the chosen columns (columns, rows), batch by batch as the file hands them over."""
         import numpy as np
 
-        asked = [*names, self.time_of_day] if self._date in names else list(names)
-        if self.calendar.get("year") in names:
-            asked += [name for name in self.calendar.values() if name not in asked]
+        asked = list(dict.fromkeys([*names, *(part for name in names for part in self._stamped(name))]))
         found = self._converted(asked, self.source.batches(asked))
         parts = (np.stack([columns[name] for name in names]) for columns in found)
         if self._is_turned:
