@@ -15,12 +15,12 @@ shows (`small_moves`): of a fault the columns' noise should do something, and do
 
 from __future__ import annotations
 
-import argparse
-
 import numpy as np
 from scipy.signal import lfilter, medfilt
 
 from driftwise.analysis.segmentation import Hindsight, hindsight
+
+from .command import show
 
 KINDS = FAULT, INPUTS, SENSORS, STEADY = "fault", "inputs step", "noisy sensors", "steady"
 NEAR = 60  # samples from its beginning within which a fault is told
@@ -47,16 +47,11 @@ def answering(seed: int, number: int, kind: str) -> tuple[np.ndarray, np.ndarray
         moved[:] = 0.0
     sizes = rng.uniform(2, 6, 1 + k) * rng.choice([-1.0, 1.0], 1 + k)
     late, phi = rng.integers(0, 6, k), rng.uniform(0, 0.7, 1 + k)
-    u = np.column_stack(
-        [
-            coloured(rng, T, p) + size * np.append(np.zeros(n), moved[: T - n])
-            for p, size, n in zip(phi[1:], sizes[1:], late)
-        ]
-    )
+    steps = np.column_stack([size * np.append(np.zeros(n), moved[: T - n]) for size, n in zip(sizes[1:], late)])
+    u = np.column_stack([coloured(rng, T, p) for p in phi[1:]]) + steps
     y = coloured(rng, T, phi[0])
     if kind in (INPUTS, SENSORS):
         pole, gains = rng.uniform(0.3, 0.9), rng.uniform(0.3, 1.5, k)
-        steps = np.column_stack([size * np.append(np.zeros(n), moved[: T - n]) for size, n in zip(sizes[1:], late)])
         return y + lfilter([0, 1 - pole], [1, -pole], (u if kind == INPUTS else steps) @ gains), u, first
     return y + sizes[0] * moved, u, first
 
@@ -109,14 +104,5 @@ def table(seed: int, records: int) -> str:
     return "\n".join(rows)
 
 
-def main(arguments=None) -> None:
-    """Run and print."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--records", type=int, default=12, help="of each kind")
-    parser.add_argument("--seed", type=int, default=0)
-    asked = parser.parse_args(arguments)
-    print(table(asked.seed, asked.records))
-
-
 if __name__ == "__main__":
-    main()
+    show(table, __doc__, 12)

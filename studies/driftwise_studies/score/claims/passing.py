@@ -10,12 +10,11 @@ another clock between each two rows.
 
 from __future__ import annotations
 
-import argparse
-
 import numpy as np
 
 from driftwise.analysis.segmentation import LEVEL, hindsight
 
+from .command import show
 from .drawing import draw
 from .plant import Plant
 from .simulation import record
@@ -73,14 +72,5 @@ def table(seed: int, records: int) -> str:
     return "\n".join(rows)
 
 
-def main(arguments=None) -> None:
-    """Run and print."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--records", type=int, default=40, help="of each kind")
-    parser.add_argument("--seed", type=int, default=0)
-    asked = parser.parse_args(arguments)
-    print(table(asked.seed, asked.records))
-
-
 if __name__ == "__main__":
-    main()
+    show(table, __doc__, 40)
