@@ -39,6 +39,7 @@ def add_command(app, name: str, command: type[Command]) -> None:
             raise Stopped(130) from None
 
     parameters = inspect.signature(command).parameters.values()
+    # functions may have a signature of their own, of which mypy does not know
     call.__signature__ = inspect.Signature([p.replace(annotation=hints[p.name]) for p in parameters])  # type: ignore
     call.__annotations__, call.__doc__ = hints, command.__doc__
     app.command(name)(call)

@@ -124,6 +124,7 @@ def reader(kinds: tuple[type, ...], given: str, is_sized: bool = False) -> Calla
     end = ", at" if given.endswith(", at") else ""
     lines, made, fixed = [f"def read({given}):", *([] if end else ["    at = 0"])], [], itertools.count()
     for i, kind in enumerate(kinds):
+        # policies are named tuples, which a type alone does not say
         names = [f"{name}_{i}" for name in kind._fields]  # type: ignore[attr-defined]
         for name, annotation in zip(names, get_type_hints(kind, include_extras=True).values()):
             if annotation in (Vector, PerParameter):
@@ -154,12 +155,14 @@ _count = itertools.count()
 def cutter(kind: type) -> Callable:
     """Write the function ``cut(policy, first, last)`` that returns the policy of some parameters alone."""
     hints = get_type_hints(kind, include_extras=True)
+    # policies are named tuples, which a type alone does not say
     fields = [f"policy.{name}" + "[first:last]" * (hints[name] == PerParameter) for name in kind._fields]  # type: ignore
     return written(f"def cut(policy, first, last):\n    return kind({', '.join(fields)})", "cut", {"kind": kind})
 
 
 def part(policy, first, last):
     """Return the policy of the parameters first .. last - 1: of each `PerParameter` only those."""
+    # what exec has made takes any policy
     return cutter(type(policy))(policy, first, last)  # type: ignore[arg-type]
 
 

@@ -90,8 +90,10 @@ class Layout:
             self.views.setdefault(field.view or field.name, []).append(field)
         frame = sys._getframe(1)
         while frame.f_globals["__name__"] == __name__:
+            # the frames of modules never end before a module
             frame = frame.f_back  # type: ignore[assignment]
         module, line = frame.f_globals["__name__"], frame.f_lineno
+        # names that are known at run time alone
         self.Row: Any = namedtuple("Row", list(self.views), module=module)  # type: ignore[misc]
         Places = namedtuple("Places", list(self.views), module=module)  # type: ignore[misc]
         self.source = "\n".join(self._write())
