@@ -152,11 +152,10 @@ def repeated(row, C, c, y):
 @kernel
 def cell_variance(task, row, C, c):
     """Return the variance of a place within a cell of its lattice, which plots repeat: its own step, another's, any."""
-    step, own = 0.0, row[bank.of_coordinate(C, bank.GRAIN, c)]
+    own = row[bank.of_coordinate(C, bank.GRAIN, c)]
     if own > 0.0 or row[bank.of_coordinate(C, bank.SPEED, c)] != 0.0:
         return square(own) / 12.0
-    for k in range(C):
-        step = max(step, row[bank.of_coordinate(C, bank.GRAIN, k)])
+    step = unforeseen.largest_cell(row, C)
     return square(step) / 12.0 if step > 0.0 else square(unforeseen.UNSEEN * task.fastest)
 
 

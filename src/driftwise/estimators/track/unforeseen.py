@@ -30,11 +30,17 @@ def of_class(task, d):
 
 
 @kernel
+def largest_cell(row, C):
+    """Return the step of the coarsest lattice that a coordinate was seen to lie on, 0 if none was."""
+    step = 0.0
+    for k in range(C):
+        step = max(step, row[bank.of_coordinate(C, bank.GRAIN, k)])
+    return step
+
+
+@kernel
 def variance(task, row, C, d, c):
     """Return the same of a coordinate, that of the first plot that leaves a cell whose size nobody knows included."""
     if not (row[bank.of_coordinate(C, bank.STILL, c)] > 0.0 and row[bank.of_coordinate(C, bank.GRAIN, c)] == 0.0):
         return of_class(task, d)
-    step = UNSEEN * task.fastest
-    for k in range(C):
-        step = max(step, row[bank.of_coordinate(C, bank.GRAIN, k)])
-    return of_class(task, d) + square(step)
+    return of_class(task, d) + square(max(UNSEEN * task.fastest, largest_cell(row, C)))
