@@ -94,7 +94,9 @@ def sniff(lines: list[str]) -> Dialect:
     numbers = [number for number, _ in content]
     rows = [split(line, delimiter) for _, line in content]
     width = _width(rows)
-    first = _first(rows, width)
+    wide = [i for i, row in enumerate(rows) if len(row) == width]
+    numeric = _numeric([rows[i] for i in wide[len(wide) // 2 :]], width)
+    first = _first(rows, wide, numeric)
     body = [row for row in rows[first + 1 :] if len(row) == width]
     marks = [_marks([row[j] for row in body]) for j in range(width)]
     if any(marks):
@@ -102,7 +104,7 @@ def sniff(lines: list[str]) -> Dialect:
             [m.bare(cell) if m else cell for m, cell in zip(marks, row)] if len(row) == width else row for row in rows
         ]
         body = [row for row in rows[first + 1 :] if len(row) == width]
-    numeric = [j for j in range(width) if _mostly_values([row[j] for row in body])]
+    numeric = [j for j, mark in enumerate(marks) if mark or j in numeric]
 
     header, units, start = _header(rows, first, width, numeric)
     if header is not None and len(header) < width:
@@ -165,15 +167,19 @@ def _width(rows: list[list[str]]) -> int:
     return max(counts, key=lambda width: (counts[width], width))
 
 
-def _first(rows: list[list[str]], width: int) -> int:
+def _numeric(body: list[list[str]], width: int) -> list[int]:
+    """Return the columns that hold numbers or stamps more often than words."""
+    kinds = [Counter(kind(row[j]) for row in body) for j in range(width)]
+    return [j for j, k in enumerate(kinds) if k["number"] + k["comma"] + k["stamp"] > k["text"]]
+
+
+def _first(rows: list[list[str]], wide: list[int], numeric: list[int]) -> int:
     """Return the first row as wide as the table, or the header that follows lines of what was recorded and how.
 
     These may be padded to be as wide, or have names and values of their own. A header has words where the rows below
     it have numbers; lines that are a part of it, and rows between which words stand, are left as they are.
+    ``wide`` are the rows as wide as the table, ``numeric`` the columns of numbers in the lower half of them.
     """
-    wide = [i for i, row in enumerate(rows) if len(row) == width]
-    body = [rows[i] for i in wide[len(wide) // 2 :]]
-    numeric = [j for j in range(width) if _mostly_values([row[j] for row in body])]
     cells = {i: {kind(rows[i][j]) for j in numeric} for i in wide[:SAID_LINES]}
     named = [i for i, kinds in cells.items() if kinds == {"text"}]
     if not named:
@@ -185,11 +191,6 @@ def _first(rows: list[list[str]], width: int) -> int:
     is_part = len(before) < HEADER_LINES and all(_is_words(rows[i]) for i in before)
     is_among_rows = any(not cells[i] & {"text", "missing"} for i in before)
     return wide[0] if is_part or is_among_rows else begin
-
-
-def _mostly_values(cells: list[str]) -> bool:
-    kinds = Counter(kind(cell) for cell in cells)
-    return kinds["number"] + kinds["comma"] + kinds["stamp"] > kinds["text"]
 
 
 def _is_words(row: list[str]) -> bool:
