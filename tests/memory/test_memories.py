@@ -5,7 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from oracle.tracking import golden, kalman, regressors, ridge, stochastic_approximation
+from oracle.tracking import golden, regressors, stochastic_approximation
+from records_to_forget import excite, record
 
 import driftwise as dw
 from driftwise.analysis.laws import same
@@ -44,17 +45,6 @@ def _(detector, marks, z, slope):
         return 0.0
     marks[SINCE], marks[WHICH] = 1.0, detector.about
     return 1.0
-
-
-def record(samples=400, seed=3):
-    return dw.simulate([-1.5, 0.7], [1.0, 0.5], samples=samples, noise_std=0.3, noise="equation", seed=seed)
-
-
-def excite(seed, samples=300, N=3):
-    """Regressors and an output of a regression."""
-    rng = np.random.default_rng(seed)
-    phi = rng.standard_normal((samples, N))
-    return phi, phi @ np.arange(1.0, N + 1) + 0.5 * rng.standard_normal(samples)
 
 
 # --- gains and forgetting --------------------------------------------------------------------------------------
@@ -254,98 +244,6 @@ def test_a_walk_that_reaches_the_prior_says_so():
     assert not np.any(est.scan(y, phi).status[10:])
 
 
-# --- walks -----------------------------------------------------------------------------------------------------
-
-
-def peers_task(samples=10_000):
-    """ARX(2,2) whose parameters drift: regressors, outputs and the true parameters."""
-    rng = np.random.default_rng(7)
-    Q = np.diag([1e-6, 1e-6, 1e-5, 1e-5])
-    th, u = np.array([-1.2, 0.5, 1.0, 0.5]), np.sign(rng.standard_normal(samples + 2))
-    y, phi, true = np.zeros(samples + 2), np.zeros((samples, 4)), np.zeros((samples, 4))
-    for k in range(samples):
-        t = k + 2
-        th = th + np.sqrt(np.diag(Q)) * rng.standard_normal(4)
-        phi[k] = -y[t - 1], -y[t - 2], u[t - 1], u[t - 2]
-        y[t] = phi[k] @ th + 0.2 * rng.standard_normal()
-        true[k] = th
-    return phi, y, u, true, Q
-
-
-def test_a_walk_is_the_textbook_kalman_filter():
-    phi, y, u, true, Q = peers_task()
-    twin, e, S, _ = kalman(phi, y[2:], Q, 0.04, np.zeros(4), 100 * np.eye(4))
-    options = dict(memory=dw.RandomWalk(np.diag(Q)), variance=0.04, P0=np.full(4, 1e3))
-    for est, data in ((dw.Regression(4, **options), (y[2:], phi)), (dw.ARX(2, 2, **options, at_rest=True), (y, u))):
-        state = est.start()
-        if est.model.na:  # the first two samples only fill the registers
-            for t in range(2):
-                state, _ = est.update(state, np.nan, u[t])
-            state["ys"], state["ys_covariance"], data = 0.0, 0.0, (y[2:], u[2:])
-        state["D"], state["U"] = 100 + np.diag(Q), 0.0  # the state carries P of the next sample
-        trace = est.scan(*data, state=state)
-        assert np.max(np.abs(trace.parameters - twin)) < 1e-9
-        np.testing.assert_allclose(trace.innovation, e, atol=1e-9)
-        np.testing.assert_allclose(trace.variance, S, rtol=1e-9)
-    assert np.sqrt(np.mean((twin - true)[1000:] ** 2)) < 0.1
-
-
-def test_a_matched_walk_is_absolute():
-    """q = jump^2/every, divided by the current sigma^2 where that is learnt."""
-    phi, y = excite(4)
-    matched = dw.Regression(3, memory=dw.RandomWalk(matched=([0.1, 0.2, 0.0], 50)), variance=0.25, P0=4.0)
-    plain = dw.Regression(3, memory=dw.RandomWalk([0.0002, 0.0008, 0.0]), variance=0.25, P0=4.0)
-    np.testing.assert_allclose(matched.scan(y, phi).parameters, plain.scan(y, phi).parameters, rtol=1e-12)
-    learnt = dw.Regression(3, memory=dw.RandomWalk(matched=(0.1, 50)))
-    calm = dw.Regression(3)
-    state = calm.scan(y, phi).state
-    one, two = (e.update(state, y[0], phi[0])[0] for e in (learnt, calm))
-    gained = calm.sigma2(state) * np.diag(learnt.covariance(one) - calm.covariance(two))
-    np.testing.assert_allclose(gained, 0.0002, rtol=1e-9)
-
-
-# --- a window --------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("T", [1, 2, 7, 50])
-@pytest.mark.parametrize("missing", [0.0, 0.2])
-def test_a_window_is_batch_least_squares_of_its_rows(T, missing):
-    phi, y = excite(5, 160)
-    y[np.random.default_rng(0).random(160) < missing] = np.nan
-    P0, theta0 = np.array([[4.0, 1.0, 0.0], [1.0, 9.0, 2.0], [0.0, 2.0, 1.0]]), np.array([1.0, 0.0, -1.0])
-    est = dw.Regression(3, memory=dw.memory.Window(T), variance=0.25, P0=P0, theta0=theta0)
-    trace = est.scan(y, phi, keep="covariance")
-    state = est.start()
-    for t in range(160):
-        state, _ = est.update(state, y[t], phi[t])
-        last = np.flatnonzero(np.isfinite(y[: t + 1]))[-T:]
-        theta, P, _ = ridge(phi[last] / 0.5, y[last] / 0.5, theta0, P0)
-        assert np.max(np.abs(trace.parameters[t] - theta)) < 1e-10
-        assert np.max(np.abs(est.covariance(state) - P)) < 1e-10
-    assert trace.table[-1, 4] == T
-
-
-def test_a_window_learns_the_noise_from_its_rows():
-    phi, y = excite(6)
-    y[100:] = phi[100:] @ [1.0, 2.0, 3.0] + 1e-6 * (y - phi @ [1.0, 2.0, 3.0])[100:]
-    est = dw.Regression(3, memory=dw.memory.Window(20), P0=1e4)
-    state = est.scan(y, phi).state
-    theta, _, chi2 = ridge(phi[-20:], y[-20:], np.zeros(3), 1e4 * np.eye(3))
-    np.testing.assert_allclose(state["theta"], theta, rtol=1e-9)
-    np.testing.assert_allclose(est.sigma2(state), chi2 / 18, rtol=1e-6)  # 20 rows, reference prior 1 - 3
-    assert state["count"] == 18
-
-
-def test_a_window_forgets_completely():
-    """After T samples nothing is left of what was before, however large it was."""
-    phi, y = excite(7)
-    wild, far = y.copy(), phi.copy()
-    wild[:100], far[:100] = 1e8 * wild[:100] + 1e9, 1e6 * far[:100]
-    est = dw.Regression(3, memory=dw.memory.Window(30))
-    one, two = est.scan(y, phi), est.scan(wild, far)
-    assert np.max(np.abs(one.parameters - two.parameters)[130:]) < 1e-12
-
-
 # --- alarms ----------------------------------------------------------------------------------------------------
 
 
@@ -412,163 +310,11 @@ def test_a_memory_with_nothing_to_do_changes_nothing(idle):
     assert same(plain.table[:, columns], other.table[:, columns])
 
 
-def test_a_window_longer_than_the_record_is_no_window():
-    y, u = record()
-    one, two = dw.ARX(2, 2).scan(y, u), dw.ARX(2, 2, memory=dw.memory.Window(1000)).scan(y, u)
-    np.testing.assert_allclose(one.table, two.table, rtol=1e-8, atol=1e-12)
-
-
 def test_runs_that_never_end_are_no_runs():
     y, u = record()
     one = dw.ARX(2, 2, variance=0.09).scan(y, u)
     two = dw.ARX(2, 2, variance=0.09, memory=dw.memory.BayesianChangePoint(0.1, 1e15)).scan(y, u)
     np.testing.assert_allclose(one.table[:, 8:], two.table[:, 8:], rtol=1e-8)
-
-
-# --- run lengths -----------------------------------------------------------------------------------------------
-
-
-def mixture(phi, y, R, P0, q, rate, M):
-    """The run-length mixture with dense covariances: estimates, covariances, run lengths after each sample; chi2."""
-    N = phi.shape[1]
-    m, P, w, means, covariances = [np.zeros(N)], [P0], np.array([1.0]), [], []
-    runs, chi2, lengths, total = np.zeros(1), np.zeros(1), [], 0.0
-    for t, (row, value) in enumerate(zip(phi, y)):
-        if t:
-            mean = sum(a * b for a, b in zip(w, m))
-            spread = sum(a * (C + np.outer(b - mean, b - mean)) for a, b, C in zip(w, m, P))
-            if len(w) == M:
-                out = int(np.argmin(w))
-                del m[out], P[out]
-                w, runs, chi2 = np.delete([w, runs, chi2], out, axis=1)
-            w, runs, chi2 = np.append(w * (1 - rate), rate), np.append(runs, 0.0), np.append(chi2, total)
-            m.append(mean), P.append(spread + np.diag(q))
-        log = np.log(w)
-        for i in range(len(w)):
-            S, e = row @ P[i] @ row + R, value - row @ m[i]
-            K = P[i] @ row / S
-            log[i] -= e * e / (2 * S) + np.log(S) / 2
-            chi2[i] += e * e / S
-            m[i], P[i] = m[i] + K * e, P[i] - np.outer(K, K) * S
-        w = np.exp(log - log.max())
-        w /= w.sum()
-        runs, total = runs + 1.0, w @ chi2
-        lengths.append(w @ runs)
-        means.append(sum(a * b for a, b in zip(w, m)))
-        covariances.append(sum(a * (C + np.outer(b - means[-1], b - means[-1])) for a, b, C in zip(w, m, P)))
-    return np.array(means), np.array(covariances), np.array(lengths), total
-
-
-def test_the_mixture_equals_dense_filters():
-    phi, y = excite(10, 150)
-    y[80:] += phi[80:] @ [2.0, -1.0, 0.0]
-    est = dw.Regression(3, memory=dw.memory.BayesianChangePoint([1.0, 0.5, 0.2], 40, 6), variance=0.25, P0=1e3)
-    trace = est.scan(y, phi, keep="covariance")
-    means, covariances, lengths, chi2 = mixture(phi, y, 0.25, 1e3 * np.eye(3), np.array([1.0, 0.25, 0.04]), 1 / 40, 6)
-    np.testing.assert_allclose(trace.parameters, means, rtol=1e-9, atol=1e-10)
-    np.testing.assert_allclose(trace.parameters_std**2, covariances[:, range(3), range(3)], rtol=1e-8)
-    assert np.max(np.abs(means[-1] - [3.0, 1.0, 3.0])) < 0.2
-    np.testing.assert_allclose(trace.weight, lengths, rtol=1e-8)
-    np.testing.assert_allclose(trace.state["chi2"], chi2, rtol=1e-8)
-
-
-def with_jumps(seed, noise_std, size, every=1500, samples=3000):
-    """ARX(2,2) whose b2 goes up by ``size`` and back, every so many samples."""
-    theta = np.tile([-1.5, 0.7, 1.0, 0.5], (samples, 1))
-    theta[:, 3] += size * (np.arange(samples) // every % 2)
-    return dw.simulate(theta[:, :2], theta[:, 2:], samples=samples, noise_std=noise_std, noise="equation", seed=seed)
-
-
-B2 = [1e-6, 1e-6, 1e-6, 0.3]
-
-
-@pytest.mark.parametrize("noise_std, every, jump", [(0.1, 1500, 0.3), (0.01, 1500, 0.3), (0.1, 50, B2)], ids=str)
-def test_jumps_do_not_spoil_what_is_learnt_of_the_noise(noise_std, every, jump):
-    """e^2/T of the mixture gave .70 and .12 of the true standard deviation where jumps are rare."""
-    found = []
-    for seed in range(5):
-        y, u = with_jumps(seed, noise_std, 0.3, every)
-        est = dw.ARX(2, 2, memory=dw.memory.BayesianChangePoint(jump, every))
-        found.append(np.sqrt(est.sigma2(est.scan(y, u, keep="innovations").state)) / noise_std)
-    assert abs(np.mean(found) - 1) < 0.03, found
-
-
-def test_a_matched_walk_learns_the_noise_of_a_walk():
-    found = []
-    for seed in range(5):
-        rng = np.random.default_rng(seed)
-        phi, steps, e = rng.standard_normal((3, 3000, 3))
-        y = np.sum(phi * np.cumsum(0.3 / np.sqrt(1500) * steps, axis=0), axis=1) + 0.1 * e[:, 0]
-        est = dw.Regression(3, memory=dw.RandomWalk(matched=(0.3, 1500)))
-        found.append(np.sqrt(est.sigma2(est.scan(y, phi).state)) / 0.1)
-    assert abs(np.mean(found) - 1) < 0.03, found
-
-
-def test_the_mixture_tells_when_the_parameters_jumped():
-    """b2 of row 1500 multiplies u(1500) in y(1502)."""
-    for seed, size, late in ((0, 0.3, 10), (1, -0.3, 10), (2, 3.0, 1)):
-        y, u = with_jumps(seed, 0.1, size)
-        trace = dw.ARX(2, 2, memory=dw.memory.BayesianChangePoint(0.3, 1500)).scan(y, u)
-        (told,) = trace.jumps()
-        began = told.sample - trace.table[told.sample, 6] + 1
-        assert told.sample < 1502 + late and abs(began - 1502) <= 1, (told.sample, began)
-        assert trace.statistic[told.sample] >= 1 and np.all(np.delete(trace.statistic, told.sample) < 1)
-        assert abs(trace.weight[1499] - 1498) < 2 and abs(trace.weight[1600] - 99) < 2
-
-
-def test_the_mixture_seldom_tells_of_a_jump_that_was_none():
-    """False events are 100 * every samples apart or more: here four at most are to be expected."""
-    est, told = dw.ARX(2, 2, memory=dw.memory.BayesianChangePoint(0.3, 500)), 0
-    for seed in range(20):
-        y, u = with_jumps(seed, 1.0, 0.0, samples=10_000)
-        told += len(est.scan(y, u, keep="innovations").jumps())
-    assert told <= 4
-
-
-def test_a_gap_gives_jumps_time():
-    """Without data the spread grows by what one jump adds, and the mean waits."""
-    phi, y = excite(11, 100)
-    est = dw.Regression(3, memory=dw.memory.BayesianChangePoint(1.0, 50), variance=0.25, P0=1e3)
-    state = est.scan(y, phi).state
-    before = est.covariance(state)
-    for n in (10, 1000):
-        gap = est.scan(np.full(n, np.nan), np.zeros((n, 3)), state=state).state
-        grown = np.diag(est.covariance(gap) - before)
-        chance = (1 - 1 / 50) * (1 - (1 - 1 / 50) ** n)  # one chance has gone into the state already
-        np.testing.assert_allclose(grown, chance, rtol=1e-9)
-        assert np.array_equal(gap["theta"], state["theta"])
-
-
-def jumps(d, seed, samples=50_000, every=500):
-    """A constant in unit noise that jumps by +d or -d; the constant and the output."""
-    rng = np.random.default_rng(seed)
-    moved = np.where(rng.random(samples) < 1 / every, d * rng.choice([-1.0, 1.0], samples), 0.0)
-    theta = np.cumsum(moved)
-    return theta, theta + rng.standard_normal(samples)
-
-
-# mean square error, 16 series: mixture of 60, matched walk, two-sided cumulative sum (one false alarm in 5000
-# samples) with the gain back to 1/(1 + 1/d^2)
-PUBLISHED = {0.5: (0.0201, 0.0226, 0.0265), 1.0: (0.0280, 0.0442, 0.0377), 2.0: (0.0337, 0.0857, 0.0471)}
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("d, expected", PUBLISHED.items(), ids=str)
-def test_when_does_starting_anew_pay(d, expected):
-    """Mean square errors within 5 % of a reference computed by other code on other seeds."""
-    detector = dw.PageHinkley(false_alarms="1 per 5000", jump=d)
-    memories = (
-        dw.memory.BayesianChangePoint(d, 500, 60),
-        dw.RandomWalk(matched=(d, 500)),
-        dw.RestartOnChange(detector, dw.memory.GainReset(1 + 1 / d**2), settle=0),
-    )
-    for memory, published in zip(memories, expected):
-        est, found = dw.Regression(1, memory=memory, variance=1.0, P0=1e3), []
-        for seed in range(16):
-            theta, y = jumps(d, seed)
-            trace = est.scan(y, np.ones((len(y), 1)), keep="means")
-            found.append(np.mean((trace.parameters[1000:, 0] - theta[1000:]) ** 2))
-        assert abs(np.mean(found) / published - 1) < 0.05, (memory, np.mean(found))
 
 
 # --- words -----------------------------------------------------------------------------------------------------
@@ -609,14 +355,6 @@ def test_the_joint_filter_says_what_it_cannot():
         dw.Joint(2, 1, memory=dw.AutoMemory(), forget_state=True)
     with pytest.raises(dw.InputError, match="a memory that is given"):
         dw.Joint(2, 1, memory=dw.AutoMemory()).smooth(*record())
-
-
-def test_a_matched_walk_of_the_joint_filter():
-    y, u = record()
-    options = dict(noise=dw.models.EquationError(0.09), P0=1e3)
-    plain = dw.Joint(2, 1, memory=dw.RandomWalk([0.0002, 0.0002, 0.0008, 0.0008]), **options)
-    matched = dw.Joint(2, 1, memory=dw.RandomWalk(matched=([0.1, 0.1, 0.2, 0.2], 50)), **options)
-    np.testing.assert_allclose(plain.scan(y, u).parameters, matched.scan(y, u).parameters, rtol=1e-9, atol=1e-12)
 
 
 @pytest.mark.parametrize("name", MEMORIES)

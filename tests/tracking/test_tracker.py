@@ -8,11 +8,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from driftwise_studies.score.motions import crowd
+from flights import flight, run, same, together, traffic
 
 import driftwise as dw
 from driftwise.engine.errors import InputError
-from driftwise.estimators.track import bank
 from driftwise.tracking.placed import placed
 from driftwise.tracking.plots import plots
 from driftwise.tracking.read import read_plots
@@ -20,27 +19,8 @@ from driftwise.tracking.scans import Scans
 from driftwise.tracking.tracker import Tracker
 
 
-def flight(T=20, scan=4.0, start=(0.0, 0.0), velocity=(200.0, 50.0), begin=0.0, **named):
-    """Plots of a straight flight, 30 m of error on each coordinate."""
-    time = begin + scan * np.arange(T)
-    noise = 30 * np.random.default_rng(3).standard_normal((T, 2))
-    return plots(time, np.array(start) + (time - begin)[:, None] * velocity + noise, **named)
-
-
-def together(*parts, **named):
-    columns = {c: np.concatenate([getattr(p, c) for p in parts]) for c in ("position", "altitude", "key", "sensor")}
-    return plots(np.concatenate([p.time for p in parts]), **columns, **named)
-
-
 def kinds(tracker):
     return [(e.track, e.kind) for e in tracker.events]
-
-
-def run(data, **options):
-    tracker = Tracker(**options)
-    tracker.feed(data)
-    tracker.finish()
-    return tracker
 
 
 def test_a_track_is_confirmed_coasts_and_ends():
@@ -57,89 +37,6 @@ def test_a_track_is_confirmed_coasts_and_ends():
     assert [e.kind for e in tracker.advance(last + 100)] == ["coasting"]
     assert [e.kind for e in tracker.advance(last + 160)] == ["ended"]
     assert len(tracker.tracks[0]) == 21 and tracker.tracks[0].missed == 3
-
-
-def traffic():
-    """Two with addresses, one that turns up twice, one without, one wild plot, one far away with an address in use."""
-    leap = flight(12, key="AAAAAA", start=(90e3, 90e3), begin=83.0)
-    wild = flight(1, key="4BAA5F", start=(60e3, -60e3), begin=41.0)
-    twin = flight(15, key="ABCDEF", start=(-80e3, 0), begin=21.5)
-    return together(
-        flight(40, key="4BAA5F"), wild, flight(20, key="AAAAAA", start=(0, 9e3), begin=1.0), leap,
-        flight(30, key="ABCDEF", begin=2.0, start=(9e3, 9e3)), twin, flight(25, start=(-30e3, 5e3), begin=0.7),
-        flight(25, start=(-30e3, -5e3), velocity=(-90.0, 120.0), begin=2.3),
-    )  # fmt: skip
-
-
-def same(a, b):
-    assert a.events == b.events and a.counts == b.counts and len(a.tracks) == len(b.tracks)
-    for s, t in zip(a.tracks, b.tracks):
-        assert (s.id, s.key, s.status, s.follows, s.events) == (t.id, t.key, t.status, t.follows, t.events)
-        for name in ("time", "position", "key", "sensor"):
-            np.testing.assert_array_equal(getattr(s.plots, name), getattr(t.plots, name))
-        np.testing.assert_array_equal(s.table, t.table)
-        assert s.state.tobytes() == t.state.tobytes()
-
-
-@pytest.mark.parametrize("size", [1, 7])
-@pytest.mark.parametrize("delay", [0.0, 9.0])
-def test_a_stream_gives_the_tracks_of_the_record(size, delay, tmp_path):
-    data = traffic()
-    record = run(data, delay=delay)
-    stream = Tracker(delay=delay)
-    for first in range(0, len(data), size):
-        stream.feed(data[first : first + size])
-        if first == 70:  # a follower is stopped, and started again on another machine
-            stream.save(tmp_path / "tracker.npz")
-            stream = Tracker.load(tmp_path / "tracker.npz")
-    stream.finish()
-    same(record, stream)
-
-
-def test_a_tracker_saved_before_plots_without_keys_were_weighed_goes_on():
-    saved = Path(__file__).parents[1] / "saved" / "tracker-3.npz"  # after 71 plots of the traffic, with a delay of 9 s
-    tracker, whole = Tracker.load(saved), run(traffic(), delay=9.0)
-    tracker.feed(traffic()[71:])
-    tracker.finish()
-    assert [(t.key, t.status, t.plots.time.tolist()) for t in tracker.tracks] == [
-        (t.key, t.status, t.plots.time.tolist()) for t in whole.tracks
-    ]
-
-
-def test_a_tracker_saved_before_errors_of_sensors_were_learnt_goes_on():
-    saved = Path(__file__).parents[1] / "saved" / "tracker-4.npz"  # after 120 plots of this crowd
-    scene = crowd.draw(0, 9)
-    seen, tracker = crowd.simulate(scene).plots, Tracker.load(saved)
-    before = {t.id: len(t) for t in tracker.tracks}
-    assert len(before) == 2 and len(tracker.targets.existence.clutter.table) == 94
-    tracker.feed(seen[120:400])
-    after = {t.id: len(t) for t in tracker.tracks}
-    assert all(after[id] > n for id, n in before.items()) and tracker.targets.existence.errors.seen
-
-
-@pytest.mark.parametrize("name", ["states", "rows", "places"])
-def test_a_tracker_whose_tables_are_of_another_width_is_refused_before_anything_reads_beyond_them(name, tmp_path):
-    run(traffic()).save(tmp_path / "tracker.npz")
-    arrays = dict(np.load(tmp_path / "tracker.npz"))
-    for wrong in (
-        arrays[name][:, :-1],
-        arrays[name][:, :-2],
-        arrays[name].astype(np.float32),
-        arrays[name][:, :, None],
-    ):
-        np.savez(tmp_path / "wrong.npz", **(arrays | {name: wrong}))
-        with pytest.raises(InputError, match=f"its {name} are .* this version keeps"):
-            Tracker.load(tmp_path / "wrong.npz")
-
-
-def test_a_narrower_table_is_read_where_a_file_says_that_it_is_of_an_earlier_version(tmp_path):
-    run(traffic()).save(tmp_path / "tracker.npz")
-    arrays = dict(np.load(tmp_path / "tracker.npz"))
-    facts = json.loads(arrays["facts"].tobytes()) | {"schema": 5}
-    former = np.delete(arrays["states"], bank.PACE, axis=1)
-    said = np.frombuffer(json.dumps(facts).encode(), np.uint8)
-    np.savez(tmp_path / "former.npz", **(arrays | {"facts": said, "states": former}))
-    assert len(Tracker.load(tmp_path / "former.npz").tracks) == len(Tracker.load(tmp_path / "tracker.npz").tracks)
 
 
 def test_traffic_is_told_apart():

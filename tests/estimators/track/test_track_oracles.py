@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 import scipy.integrate
 import scipy.stats
-from oracle.motion import Follower, van_loan
+from oracle.motion import Follower
+from oracle.motion_members import van_loan
 
 import driftwise as dw
 from driftwise.estimators.track import bank, circle, linear, pole

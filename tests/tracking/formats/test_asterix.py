@@ -4,8 +4,6 @@ import datetime
 import json
 import math
 import os
-import struct
-import time
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -15,29 +13,18 @@ import pytest
 pytest.importorskip("asterix.generated", reason='pip install "driftwise[tracking]"')
 
 import asterix_oracle as oracle
+from asterix_written import NEWEST, classic, ethernet, file_of, polar
 
 from driftwise.engine.errors import InputError
 from driftwise.tracking.formats import asterix_records as structure
 from driftwise.tracking.formats import asterix_time
-from driftwise.tracking.formats.asterix import decode, placed, read_asterix
+from driftwise.tracking.formats.asterix import decode, read_asterix
 from driftwise.tracking.formats.asterix_reports import MEANING
 from driftwise.tracking.frames import east_north
 from driftwise.tracking.sites import Site, read_sites
 
 DATA = Path(os.environ.get("DRIFTWISE_DATA", Path(__file__).parents[4] / "shared" / "data")) / "tracking" / "asterix"
 recorded = pytest.mark.skipif(not DATA.exists(), reason=f"no recordings in {DATA}: set DRIFTWISE_DATA")
-NEWEST = {c: list(known)[-1] for c, known in structure.table().items()}
-
-
-def polar(time, rho=10.0, theta=45.0, sic=1, level=100.0, **items):
-    """Return a CAT048 record: s, NM, degrees, flight level."""
-    items = {"010": (("SAC", 25), ("SIC", sic)), "140": float(time), "020": ((("TYP", 5), 0, 0, 0, 0, None),),
-             "040": (("RHO", rho), ("THETA", theta)), "090": (0, 0, ("FL", level)), **items}  # fmt: skip
-    return oracle.lists(oracle.SPECS[48, "1.32"])["-"].create(items)
-
-
-def file_of(*records, category=48):
-    return b"".join(oracle.block(category, [r]) for r in records)
 
 
 def message(time, sic=1, category=34, type=1, **items):
@@ -318,75 +305,6 @@ def test_sites_come_in_many_forms(tmp_path):
             read_sites(bad)
 
 
-def ethernet(payload, ip=4, tags=b"", padding=b""):
-    udp = struct.pack(">4H", 5000, 8600, len(payload) + 8, 0) + payload
-    if ip == 4:
-        head = struct.pack(">BBHHHBBH4s4s", 0x45, 0, 20 + len(udp), 0, 0, 64, 17, 0, bytes(4), bytes(4))
-    else:
-        head = struct.pack(">IHBB16s16s", 6 << 28, len(udp), 17, 64, bytes(16), bytes(16))
-    kind = struct.pack(">H", 0x0800 if ip == 4 else 0x86DD)
-    return bytes(12) + tags + kind + head + udp + padding
-
-
-def classic(packets, order="<", magic=0xA1B2C3D4, link=1, fraction=250_000, when=1719990000):
-    out = struct.pack(order + "IHHiIII", magic, 2, 4, 0, 0, 65535, link)
-    return out + b"".join(struct.pack(order + "4I", when, fraction, len(p), len(p)) + p for p in packets)
-
-
-def next_generation(packets, order="<", when=1719990000):
-    def block(kind, body):
-        body += b"\0" * (-len(body) % 4)
-        return struct.pack(order + "2I", kind, len(body) + 12) + body + struct.pack(order + "I", len(body) + 12)
-
-    ticks = when * 10**9 + 250_000_000
-    option = struct.pack(order + "2HB3x2H", 9, 1, 9, 0, 0)  # nanoseconds
-    out = block(0x0A0D0D0A, struct.pack(order + "IHHq", 0x1A2B3C4D, 1, 0, -1))
-    out += block(1, struct.pack(order + "HHI", 1, 0, 65535) + option)
-    return out + b"".join(
-        block(6, struct.pack(order + "5I", 0, ticks >> 32, ticks & 0xFFFFFFFF, len(p), len(p)) + p) for p in packets
-    )
-
-
-def test_captures_of_every_kind():
-    payload = file_of(polar(25199.0, **{"220": 0x4BAA5F}))
-    framed = struct.pack(">H4x", len(payload) + 6) + payload
-    vlan, cooked = b"\x81\x00\x00\x05", bytes(14) + b"\x08\x00"
-    plain = ethernet(payload)
-    captures = [
-        classic([plain]), classic([plain], ">"), classic([plain], magic=0xA1B23C4D, fraction=250_000_000),
-        classic([ethernet(payload, tags=vlan)]), classic([ethernet(payload, tags=vlan * 2)]),
-        classic([ethernet(payload, ip=6)]), classic([ethernet(payload, padding=b"\x30\x00\x10" * 5)]),
-        classic([cooked + plain[14:]], link=113), classic([plain[14:]], link=101), classic([ethernet(framed)]),
-        classic([b"\x08\x00" + bytes(18) + plain[14:]], link=276),
-        next_generation([plain]), next_generation([plain], ">"),
-    ]  # fmt: skip
-    for data in captures:
-        plots = read_asterix(data)
-        assert list(plots.key) == ["4BAA5F"] and not plots.faults
-        assert plots.time[0] == 1719990000 - 1719990000 % 86400 + 25199
-    cut = classic([plain, plain])[:-5]
-    (fault,) = read_asterix(cut).faults
-    assert "where" in fault.what and fault.offset == len(cut) + 5 - len(plain) - 16
-    other = [ethernet(b"not a radar").replace(b"\x13\x88", b"\x00\x35")] * 3  # from port 53
-    (fault,) = read_asterix(classic([*other, plain, *other])).faults
-    assert fault.what.startswith("6 packets of one sender hold no ASTERIX block")
-    broken = bytearray(plain)
-    broken[20] |= 0x20  # more fragments follow
-    assert "fragment" in read_asterix(classic([plain, bytes(broken)])).faults[0].what
-    with pytest.raises(InputError, match="link type 147"):
-        read_asterix(classic([plain], link=147))
-
-
-def test_bytes_that_a_recorder_adds_to_every_packet_are_no_record():
-    """A time stamp, say; a packet that ends otherwise has lost something, and only that is told."""
-    payloads = [file_of(polar(25199.0 + k, **{"220": 0x4BAA5F})) for k in range(30)]
-    stamp = struct.pack(">2I", 0, 0xFFFF0007)
-    plots = read_asterix(classic([ethernet(payload + stamp) for payload in payloads]))
-    assert len(plots) == 30 and not plots.faults
-    plots = read_asterix(classic([ethernet(payload + stamp) for payload in [*payloads[:-1], payloads[-1] + b"\x30"]]))
-    assert len(plots) == 30 and "9 bytes are left" in plots.faults[0].what and len(plots.faults) == 1
-
-
 def test_what_is_not_asterix_is_refused_at_the_door(tmp_path):
     for data in (b"", b"time,x,y\n1,2,3\n", b"\x30\x00", classic([]), b"\xff" * 100):
         with pytest.raises(InputError, match="no ASTERIX block"):
@@ -397,83 +315,3 @@ def test_what_is_not_asterix_is_refused_at_the_door(tmp_path):
     path.write_bytes(file_of(polar(1)) + file_of(polar(2))[:-1])
     (fault,) = read_asterix(path).faults
     assert fault.source == str(path) and fault.offset > 0
-
-
-def test_two_thousand_records_in_half_a_second():
-    rng, made = oracle.generator("speed"), []
-    for k in range(40):
-        items = {"070": (0, 0, 0, 0, ("MODE3A", "4271")), "220": 0x4BAA00 + k, "240": "DLH65A", "161": k, "170": (5,)}
-        items |= {"130": {"SRL": 1, "SAM": 2}, "250": [rng.getrandbits(64) for _ in range(3)], "230": 8, "200": 5}
-        made.append(polar(3600 + k, 10 + 240 * rng.random(), 360 * rng.random(), **items).unparse().to_bytes())
-    at = structure.record(structure.table()[48]["1.32"]["-"], made[0], 0, len(made[0]))[0]["140"]
-    again = [r[:at] + (k * 40 + j).to_bytes(3, "big") + r[at + 3 :] for k in range(50) for j, r in enumerate(made)]
-    data = b"".join(oracle.block(48, again[k : k + 40]) for k in range(0, 2000, 40))
-    best = math.inf
-    for _ in range(3):
-        start = time.process_time()
-        plots = read_asterix(data, sites="25/1=46,15,700")
-        best = min(best, time.process_time() - start)
-    assert len(plots) == 2000 and not plots.faults
-    assert best < 0.5
-
-
-def damaged(rng, whole):
-    """Return a truncated, a flipped, a spliced or a random input."""
-    data, kind = bytearray(rng.choice(whole)), rng.randrange(4)
-    if kind == 0:
-        return bytes(data[: rng.randrange(len(data))])
-    if kind == 1:
-        for _ in range(rng.randint(1, 8)):
-            data[rng.randrange(len(data))] ^= 1 << rng.randrange(8)
-        return bytes(data)
-    if kind == 2:
-        i, j = sorted(rng.randrange(len(data)) for _ in (0, 1))
-        return bytes(data[:i] + rng.randbytes(rng.randrange(20)) + data[j:])
-    head = bytes([rng.choice([1, 2, 21, 34, 48, 62, 65, 0xD4])]) + rng.randrange(3, 80).to_bytes(2, "big")
-    return head + rng.randbytes(rng.randrange(200))
-
-
-class Everywhere(dict):
-    """Sites of all radars there may be."""
-
-    def __contains__(self, name):
-        return True
-
-    def __missing__(self, name):
-        return Site(46.0, 15.0)
-
-
-def fuzz(seed, inputs):
-    rng = oracle.generator(seed)
-    whole = []
-    for category in NEWEST:
-        records = [oracle.random_record(rng, category, NEWEST[category], s)[1] for s in (0.2, 0.5, 0.8)]
-        good = file_of(*records, *(polar(3600 + k) for k in range(6)), category=category)
-        good += file_of(*(polar(3600 + k, sic=k) for k in range(3)))
-        whole += [good, classic([ethernet(good), ethernet(good[:60])]), next_generation([ethernet(good)], ">")]
-    sites = Everywhere({"25/1": Site(48, 12, 500)})
-    read = refused = 0  # plots, inputs
-    for _ in range(inputs):
-        data, start = damaged(rng, whole), time.perf_counter()
-        try:
-            plots = placed(decode(data), sites, None, "bytes")  # what read_asterix does, with a site for any radar
-        except InputError:
-            refused += 1
-            continue
-        assert time.perf_counter() - start < 5
-        read += len(plots)
-        assert np.isfinite(plots.time).all() and (np.abs(plots.position) < 6.4e6).all()
-        assert not (np.abs(plots.altitude) > 65_000).any()
-        polar_only = np.isfinite(plots.covariance[:, 0, 0])
-        assert (np.linalg.eigvalsh(plots.covariance[polar_only]) > 0).all()
-        assert all(0 <= f.offset <= len(data) for f in plots.faults)
-    assert read > inputs / 10 and refused > inputs / 50
-
-
-def test_damaged_input_never_crashes():
-    fuzz("damage", 2000)
-
-
-@pytest.mark.slow
-def test_damaged_input_never_crashes_a_hundred_thousand_times():
-    fuzz("more damage", 100_000)
