@@ -19,13 +19,17 @@ OFTEN = 60.0  # s between two times of letting go
 
 
 def listen(url: str, wire: Wire, tracker, quiet: bool, keep: float, page=None) -> None:
-    """Feed a tracker with what comes from a place until Ctrl-C is pressed or it ends; ``keep`` hours are remembered."""
+    """Feed a tracker with what comes from a place until Ctrl-C is pressed or it ends; ``keep`` hours are remembered.
+
+    What has come by then and still waits to be read counts, too.
+    """
     source, next_look, lost = Listener(url), monotonic() + OFTEN, 0
     with teller(quiet, page) as tell, asked_to_stop() as asked:
         try:
-            while not (source.has_ended or asked()):
-                packets = source.read()
+            for packets in _read(source, asked):
                 found = wire.take(packets)
+                if source.has_broken:
+                    wire.cut()
                 events = _fed(tracker, found) if found is not None else []
                 lost += faults_kept(tracker.faults, MOST_FAULTS)
                 tell(tracker, events, not packets)
@@ -48,6 +52,13 @@ def listen(url: str, wire: Wire, tracker, quiet: bool, keep: float, page=None) -
         tracker.faults.append(Fault(wire.title, 0, f"the connection was lost: {source.lost}, this is the first"))
     if not tracker.counts["plots"]:
         raise InputError(f"{url}: nothing came that is a plot")
+
+
+def _read(source: Listener, asked):
+    """Yield what comes until a source ends or somebody asks for the end; then what waits there."""
+    while not (source.has_ended or asked()):
+        yield source.read()
+    yield from source.waiting()
 
 
 def _fed(tracker, found):

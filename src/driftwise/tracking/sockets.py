@@ -7,6 +7,7 @@ import socket
 import struct
 import sys
 import time as clock
+from collections.abc import Iterator
 from typing import NamedTuple
 from urllib.parse import parse_qs, urlsplit
 
@@ -16,7 +17,7 @@ MOST = 1 << 20  # bytes taken at a time
 LONGEST = 1 << 16  # bytes of a datagram
 WAIT = 1.0, 30.0  # s until a lost connection is tried again: at first, at most
 TRIED = 10.0  # s that a connection may take
-BUFFER = 1 << 22  # bytes of datagrams that the system is asked to keep for us
+BUFFER = 1 << 22  # bytes that the system is asked to keep for us
 HOW = (
     "udp://239.1.2.3:8600 (a group; ?interface=ADDRESS of the card), udp://:8600, tcp://localhost:30003, or - for a "
     "capture (pcap) on standard input"
@@ -68,11 +69,13 @@ class Listener:
         Nothing more will come: a pipe was closed.
     lost : int
         How often a connection was lost, and made again.
+    has_broken : bool
+        The connection was lost behind what was read last.
     """
 
     def __init__(self, url: str, pause: float = 0.1):
         self.place, self.pause, self.url = place(url), pause, url
-        self.has_ended, self.lost = False, 0
+        self.has_ended, self.has_broken, self.lost = False, False, 0
         self._socket: socket.socket | None = None
         self._next, self._wait = 0.0, WAIT[0]  # of a connection to be made again
         if self.place.kind != "pipe":
@@ -88,6 +91,7 @@ class Listener:
 
     def read(self) -> list[Packet]:
         """Return what came within the pause, [] where nothing did."""
+        self.has_broken = False
         if self.place.kind == "pipe":
             return self._piped()
         if self._socket is None:
@@ -110,6 +114,13 @@ class Listener:
             size += len(data) + 1
         return found
 
+    def waiting(self) -> Iterator[list[Packet]]:
+        """Yield what has come already, without waiting for more; of a sender that is faster than we are, `BUFFER`."""
+        self.pause, size = 0.0, 0
+        while size < BUFFER and not (self.has_ended or self.has_broken) and (packets := self.read()):
+            yield packets
+            size += sum(len(packet.data) for packet in packets)
+
     def close(self) -> None:
         """Let go of the socket."""
         if self._socket is not None:
@@ -126,7 +137,7 @@ class Listener:
 
     def _drop(self) -> None:
         self.close()
-        self._socket, self.lost = None, self.lost + 1
+        self._socket, self.has_broken, self.lost = None, True, self.lost + 1
         self._next = clock.monotonic() + self._wait
 
     def _again(self) -> None:

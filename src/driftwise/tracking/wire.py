@@ -77,6 +77,12 @@ class Wire:
         """Return the plots of a last line that has no end, once a stream has."""
         return self.take([Packet(time, b"\n")]) if self.kind == "lines" else None
 
+    def cut(self) -> None:
+        """Leave out what was cut off where a connection was lost: what the next one brings does not go on with it."""
+        if self._rest:
+            self.lines.leave_out("cut off where the connection was lost")
+        self._rest, self._capture, self._is_left_out = b"", b"", False
+
     def _recognised(self, data: bytes) -> str:
         from .formats.pcap import is_capture
 
