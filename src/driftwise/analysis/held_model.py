@@ -136,6 +136,11 @@ def check_kind(estimator: Any) -> None:
     """Refuse what is none."""
     if estimator.is_equation:
         return
+    if "season" in estimator.options:
+        raise InputError(
+            "validate() holds an equation, and a season is learnt from the output as it comes: validate the best model "
+            "without one (identify(.., season=()), ARX), and diagnose() this one"
+        )
     raise InputError(
         "validate() is of difference equations of one output (ARX, ARMAX, OE, BJ, Joint and their kin), not of "
         f"{type(estimator).__name__}: diagnose() looks at its predictions"

@@ -21,7 +21,7 @@ class ValidateJob(TableJob):
 
     Each test is at a level of 1 %, and says what to do. Forecasts 1, 5 and 25 samples ahead and simulations of a model
     of the first two thirds are told on the last third; the page has step response, Bode, Nyquist and poles with bands.
-    Without --model it is the one that `driftwise run` finds; columns that are not named are recognised.
+    Without --model it is the one that `driftwise run --season none` finds; columns that are not named are recognised.
 
     Examples: driftwise validate plant.csv;
     driftwise validate plant.csv --model arx:2,2,1 -o temperature -i heater --report page.html
@@ -72,6 +72,7 @@ class ValidateJob(TableJob):
         import numpy as np
 
         from driftwise.analysis.identification import Finder
+        from driftwise.analysis.seasons import held, of_table, season_words
         from driftwise.analysis.validation import validate
         from driftwise.results.numbers import SAMPLES, SECONDS
         from driftwise.tables.autoread import gathered, read
@@ -88,7 +89,12 @@ class ValidateJob(TableJob):
             raise InputError(f"{self.file}: no row can be read.")
         time, y, u = (np.concatenate(part)[:MOST] for part in zip(*parts))
         if self.model is None:
-            finder = Finder(table, segments.origin, ())  # a season is no input that is held
+            finder = Finder(table, segments.origin, ())  # a season is learnt from y: no equation holds it
+            if seasons := held(of_table(table), int(np.isfinite(y).sum())):
+                self.notes.append(
+                    f"{season_words(seasons, table)} would be looked for by `driftwise run`: this is the "
+                    "best equation without."
+                )
             _, trace = finder.add(time, y, u)
             self.name = finder.identifier.chosen.name
             center = finder.identifier.center
