@@ -18,7 +18,7 @@ ON, OFF = {"on", "true", "yes", "ein", "an", "ja", "wahr"}, {"off", "false", "no
 
 _GROUPED = r"^[+-]?[1-9]\d{0,2}(\.\d{3})+(,\d*)?$"  # 1.234,5 with thousands dots
 _NUMBER = r"^[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?$"
-_CLOCK = r"^\d{1,2}:\d\d(:\d\d([.,]\d+)?)?$"
+_CLOCK = r"^(\d+ days?,? )?\d{1,2}:\d\d(:\d\d([.,]\d+)?)?$"  # of the day, or since a beginning
 
 
 def numbers(column, decimal: str = "."):
@@ -348,7 +348,14 @@ def instants(column, decimal: str = ".", day_first: bool = True, are_stamps: boo
 
 
 def of_day(column):
-    """Return (seconds since midnight, NaN where missing or no time of day; how many cells are one)."""
+    """Return (seconds since midnight, NaN where missing or no time of day; how many cells are one).
+
+    Time since a beginning is counted as a data frame writes it, days before hours.
+
+    >>> import pyarrow as pa
+    >>> of_day(pa.array(["13:45", "0 days 00:00:01.5", "1 day, 0:00:02", "noon"]))
+    (array([4.9500e+04, 1.5000e+00, 8.6402e+04,        nan]), 3)
+    """
     import numpy as np
     import pyarrow as pa
     import pyarrow.compute as pc
@@ -356,14 +363,18 @@ def of_day(column):
     if pa.types.is_time(column.type):
         values = column.cast(pa.time64("ns")).cast(pa.int64()).cast(pa.float64(), safe=False)
         return plain(values) / 1e9, len(column) - column.null_count
+    if pa.types.is_duration(column.type):
+        return seconds(column)[0], len(column) - column.null_count
     if not is_text(column.type):
         return np.full(len(column), np.nan), 0
     cells = pc.utf8_trim_whitespace(column.cast(pa.string()))
     good = pc.fill_null(pc.match_substring_regex(cells, _CLOCK), False)
     cells = pc.if_else(good, pc.replace_substring(cells, ",", "."), pa.scalar(None, pa.string()))
-    cells = pc.replace_substring_regex(cells, r"^(\d+:\d\d)$", r"\1:00")
+    cells = pc.replace_substring_regex(cells, r"^(\d+:)", r"0 \1")
+    cells = pc.replace_substring_regex(cells, r"^(\d+)[a-z, ]+(\d+:\d\d)$", r"\1 \2:00")
     total = np.zeros(len(column))
-    for part, unit in ((r"^(\d+):.*$", 3600.0), (r"^\d+:(\d+):.*$", 60.0), (r"^\d+:\d+:([\d.]+)$", 1.0)):
+    parts = (r"^(\d+) .*$", 86400.0), (r"^.* (\d+):.*$", 3600.0), (r"^.* \d+:(\d+):.*$", 60.0), (r"^.*:([\d.]+)$", 1.0)
+    for part, unit in parts:
         number = pc.replace_substring_regex(cells, part, r"\1").cast(pa.float64())
         total += unit * plain(number)
     return total, int(pc.sum(good).as_py() or 0)

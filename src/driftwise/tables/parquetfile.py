@@ -159,6 +159,7 @@ def _framed(data) -> Any:
         frame = frame.collect()
     index = nw.maybe_get_index(frame)
     table = nw.maybe_reset_index(frame).to_arrow()
-    if index is not None and getattr(index, "nlevels", 1) == 1 and getattr(index.dtype, "kind", "") == "M":
+    index = index.to_timestamp() if hasattr(index, "to_timestamp") else index  # months, quarters: their first day
+    if index is not None and getattr(index, "nlevels", 1) == 1 and getattr(index.dtype, "kind", "") in "Mm":
         table = table.add_column(0, str(index.name or "time"), pa.array(index))  # pandas keeps its clock in the index
     return table
