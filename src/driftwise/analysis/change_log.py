@@ -43,8 +43,10 @@ class Change:
 class ChangeLog:
     """Changes of a record that comes in pieces; the end of the last piece is looked at together with the next."""
 
-    def __init__(self, inputs=(), is_held=False):
-        self.inputs, self.changes, self.count = inputs, [], 0
+    def __init__(self, inputs=(), is_held=False, seasons: tuple[int, ...] = ()):
+        self.seasons = seasons  # with which the noise may come and go, in samples
+        self.inputs, self.count = inputs, 0
+        self.changes: list[Change] = []
         self.is_held = is_held  # whether inputs are known at some rows alone, and were held between them
         self.last: Change | None = None
         self.hindsight: Hindsight | None = None  # of the last piece
@@ -62,7 +64,8 @@ class ChangeLog:
             y, u, time = (np.concatenate(pair) for pair in zip(self._tail, (y, u, time)))
         first = self.samples - before
         known = -math.inf if self.last is None else self.last.since + 2 * LEAST
-        self.hindsight = hindsight(y, u, *([unheld(y, u)] if self.is_held and u.shape[1] else []))
+        readings = [u, unheld(y, u)] if self.is_held and u.shape[1] else [u]
+        self.hindsight = hindsight(y, *readings, seasons=self.seasons)
         for jump in self.hindsight.jumps() if self.hindsight else []:
             if jump.at + first > known:
                 self._tell(jump, first, time)

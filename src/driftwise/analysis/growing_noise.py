@@ -11,6 +11,7 @@ import numpy as np
 from .noise_jumps import CUT, NoiseJump, noises
 from .response import Response
 from .response_record import local_size, long_run
+from .seasonal_noise import REST, in_season, of_season
 
 POWERS = 1.0, 0.5  # of the level: a share of it, as of prices, or the root of it, as of counts
 WIDTH = 25  # samples either side, that a level is the mean of: that of the season, or that of the sample
@@ -26,35 +27,49 @@ class Growth(NamedTuple):
 
 
 STEADY = Growth(0.0, 0.0)
+NONE = -math.inf, 0.0, np.ones(1)
 
 
-def growth(now: Response, middle: float) -> tuple[Growth, list[NoiseJump]]:
+def growth(now: Response, middle: float, seasons: tuple[int, ...] = ()) -> tuple[Growth, list[NoiseJump]]:
     """Return how the noise that is left grows with the level, and the jumps of it that remain.
 
     The level is what was expected of each sample; ``middle`` is what `now` counts y from. It does grow where that is
     ten times as likely as all jumps that constant noise would need. Only what stays above zero has such a level.
+    Noise may come and go with one of ``seasons`` instead, in samples: then it does not grow, and jumps beside that.
     """
     jumps, r = noises(now), now.left * now.sigma[now.rows]
-    level = now.record.y[now.rows] - r + middle
-    low, high = np.quantile(level, [0.05, 0.95]) if jumps else (0.0, 0.0)
-    if not low > 0 or np.nanmin(now.record.y + middle) < 0 or high < RANGE * low:
+    if not jumps:
         return STEADY, jumps
+    limit = CUT * local_size(r, now.record.floor)
+    near = np.clip(r, -limit, limit)
+    shapes = [*_of_level(now, middle), *((0.0, shape) for s in seasons if (shape := of_season(now, s)) is not None)]
+    gained, power, shape = max(((_gain(near, of), power, of) for power, of in shapes), key=itemgetter(0), default=NONE)
+    if gained - math.log(max(len(shapes), 1)) < sum(jump.log_odds for jump in jumps) + LIKELIER:
+        return STEADY, jumps
+    usual = float(np.median(shape[shape > 0]))
+    if not power:
+        return STEADY, noises(now, in_season(r, shape / usual))
+    level = now.record.y[now.rows] - r + middle
+    share = 1.4826 * float(np.median(abs(near) / shape)) * usual / float(np.median(level))
+    return Growth(power, share), noises(now, r / (shape / usual))
+
+
+def _of_level(now: Response, middle: float) -> list[tuple[float, np.ndarray]]:
+    """Return powers of the level, and of its mean over the samples around, beside the power."""
+    level = now.record.y[now.rows] - now.left * now.sigma[now.rows] + middle
+    low, high = np.quantile(level, [0.05, 0.95])
+    if not low > 0 or np.nanmin(now.record.y + middle) < 0 or high < RANGE * low:
+        return []
     level = np.maximum(level, low / RANGE)
     around = np.convolve(np.pad(level, WIDTH, "edge"), np.full(2 * WIDTH + 1, 1 / (2 * WIDTH + 1)), "valid")
-    limit = CUT * local_size(r, now.record.floor)
-    r = np.clip(r, -limit, limit)
-    shapes = [(power, of**power) for power in POWERS for of in (level, around)]
-    gained, power, shape = max(((_gain(r, shape), power, shape) for power, shape in shapes), key=itemgetter(0))
-    if gained - math.log(len(shapes)) < sum(jump.log_odds for jump in jumps) + LIKELIER:
-        return STEADY, jumps
-    usual = float(np.median(shape))
-    share = 1.4826 * float(np.median(abs(r) / shape)) * usual / float(np.median(level))
-    return Growth(power, share), noises(now, shape / usual)
+    return [(power, of**power) for power in POWERS for of in (level, around)]
 
 
 def _gain(r, shape) -> float:
     """Return the log odds of noise of this shape against constant noise."""
-    square = (r / shape) ** 2
+    z = in_season(r, shape)
+    seen = np.isfinite(z)
+    square, shape, r = z[seen] ** 2, np.maximum(shape[seen], REST * shape.max()), r[seen]
     z = square / max(float(np.mean(square)), 1e-300) - 1
     gain = 0.5 * len(r) * math.log(float(np.mean(r * r)) / float(np.mean(square))) - float(np.sum(np.log(shape)))
     return gain / max(long_run(z) / 2, 1.0)

@@ -28,9 +28,10 @@ class NoiseJump(NamedTuple):
     after: float
 
 
-def noises(now: Response, shape: np.ndarray | float = 1.0) -> list[NoiseJump]:
-    """Return the jumps of the noise that is left, in units of its ``shape`` at the rows."""
-    r, rows = now.left * now.sigma[now.rows] / shape, now.rows
+def noises(now: Response, left: np.ndarray | None = None) -> list[NoiseJump]:
+    """Return the jumps of the noise that is left, or of ``left`` at the rows in another unit, NaN where it is none."""
+    r = now.left * now.sigma[now.rows] if left is None else left
+    r, rows = r[np.isfinite(r)], now.rows[np.isfinite(r)]
     least = min(LEAST, len(r) // EDGE)
     found: list[NoiseJump] = []
     pieces = [(0, len(r))] if len(r) > 2 * LEAST else []

@@ -65,10 +65,11 @@ class Hindsight(NamedTuple):
     y_middle: float
     u_scale: np.ndarray
     u_middle: np.ndarray
+    seasons: tuple[int, ...] = ()  # with which its noise may come and go, in samples
 
     def growth(self) -> Growth:
         """Return how the noise grows with the level."""
-        return growth(self.response, self.y_middle / self.y_scale)[0]
+        return growth(self.response, self.y_middle / self.y_scale, self.seasons)[0]
 
     def jumps(self) -> list[Jump]:
         """Return what jumped, in order of time."""
@@ -90,7 +91,7 @@ class Hindsight(NamedTuple):
             if where.log_odds > TOLD[GAIN] and is_sudden(now, "gains", j, where):
                 told = Jump(where.middle, where.interval, where.log_odds, GAIN, i, before, after)
                 found.append(told.as_factor() if endless[i] else told)
-        for jump in growth(now, self.y_middle / self.y_scale)[1]:
+        for jump in growth(now, self.y_middle / self.y_scale, self.seasons)[1]:
             sizes = jump.before * self.y_scale, jump.after * self.y_scale
             found.append(Jump(jump.at, jump.interval, jump.log_odds, NOISE, 0, *sizes))
         seen = np.flatnonzero(np.isfinite(now.record.y))
@@ -158,10 +159,11 @@ def after_the_one_before(seen, at: int) -> int:
     return int(seen[k - 1]) + 1 if k else at
 
 
-def hindsight(y, *readings) -> Hindsight | None:
+def hindsight(y, *readings, seasons: tuple[int, ...] = ()) -> Hindsight | None:
     """Return what was found in a record, y (T,) and u (T, k); None where too few outputs were measured.
 
     Of several readings of what the inputs did, the one is taken under which y is likeliest before anything changes.
+    Noise that comes and goes with one of ``seasons``, in samples, is not taken for noise that jumps.
 
     One response of all inputs beside coloured noise is fitted (`response`). A change is added where it explains most:
     a step of the level, of the gain of an input, or what is none: an input that bends, a gain that moves along a line,
@@ -178,4 +180,4 @@ def hindsight(y, *readings) -> Hindsight | None:
     least = [min((one.dated_criterion for one in found), default=math.inf) for found, _ in begun]
     found, units = begun[int(np.argmin(least))]
     searches = [searched(one) for one in found]
-    return Hindsight(grown(min(searches, key=lambda one: one.dated_criterion)), *units) if searches else None
+    return Hindsight(grown(min(searches, key=lambda one: one.dated_criterion)), *units, seasons) if searches else None

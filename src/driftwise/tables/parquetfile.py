@@ -157,7 +157,7 @@ def _framed(data) -> Any:
         ) from None
     if isinstance(frame, nw.LazyFrame):
         frame = frame.collect()
-    index = nw.maybe_get_index(frame)
+    index: Any = nw.maybe_get_index(frame)
     table = nw.maybe_reset_index(frame).to_arrow()
     index = index.to_timestamp() if hasattr(index, "to_timestamp") else index  # months, quarters: their first day
     if index is not None and getattr(index, "nlevels", 1) == 1 and getattr(index.dtype, "kind", "") in "Mm":

@@ -15,11 +15,12 @@ WORDS = {
     "sec seconds weekday week quarter dow jahr monat tag stunde annee mois jour ano mes dia anno mese giorno ora jaar "
     "maand dag uur rok miesiac dzien manad timme",
     "label": "anomaly anomalous changepoint fault faulty label class flag alarm truth mode status step indicator "
-    "regime valid quality event qc qualifier mask outlier stale interpolated stufe modus ~storung ~fehler ~alarm defaut etat calidad estado alarma "
-    "falla guasto stato qualita storing awaria larm fel",
-    "counter": "index idx id no nr packet sample row rownames counter unnamed cycle record seq rec recnum obs lfd ~zyklus "
-    "~zahler stationsid stations",
-    "logger": "battery batt battv bat rssi snr firmware serial uptime latitude longitude lat lon lng altitude elevation ~batterie",
+    "regime valid quality event qc qualifier mask outlier stale interpolated stufe modus ~storung ~fehler ~alarm "
+    "defaut etat calidad estado alarma falla guasto stato qualita storing awaria larm fel",
+    "counter": "index idx id no nr packet sample row rownames counter unnamed cycle record seq rec recnum obs "
+    "lfd ~zyklus ~zahler stationsid stations",
+    "logger": "battery batt battv bat rssi snr firmware serial uptime latitude longitude lat lon lng altitude "
+    "elevation ~batterie",
     "computed": "total sum copy previous prev lag lagged lead avg mean average median diff difference residual "
     "error smoothed filtered scaled normalized norm delta cumulative cum summe kopie ~mittelwert differenz somme "
     "moyenne suma media somma soma som x1000 x100 x10",
