@@ -9,6 +9,12 @@ from driftwise.results.numbers import instant, number
 
 FONT = "system-ui, -apple-system, Segoe UI, Roboto, Helvetica Neue, Arial, sans-serif"
 LEFT = 84  # pixels left of the frame, so that frames stand one above the other
+ENTRY, LETTER = 41.0, 7.0  # pixels of an entry of a legend beside its name, and of a letter of it
+BREAK_LEGEND = """
+const fitting = widths.findLastIndex((width) => width <= cb_obj.inner_width) + 1
+legend.ncols = fitting == widths.length ? "auto" : Math.max(fitting, 1)
+legend.spacing = fitting == widths.length ? 14 : 4
+"""
 
 
 class Timeline:
@@ -129,8 +135,11 @@ def dress(fig, x_label: str = "", y_label: str = ""):
 
 
 def legend(fig, drawn) -> None:
-    """Put a legend in a row above a figure; ``drawn`` are pairs of a name and what was drawn for it."""
-    from bokeh.models import Legend, LegendItem  # type: ignore[attr-defined]
+    """Put a legend in a row above a figure; ``drawn`` are pairs of a name and what was drawn for it.
+
+    Where the frame is too narrow for the row, it is broken into several.
+    """
+    from bokeh.models import CustomJS, Legend, LegendItem  # type: ignore[attr-defined]
 
     row = Legend(
         items=[LegendItem(label=name, renderers=some) for name, some in drawn], orientation="horizontal",
@@ -139,6 +148,14 @@ def legend(fig, drawn) -> None:
         click_policy="hide",
     )  # fmt: skip
     fig.add_layout(row, "above")
+    widths = legend_widths([str(name) for name, _ in drawn])
+    fig.js_on_change("inner_width", CustomJS(args={"legend": row, "widths": widths}, code=BREAK_LEGEND))
+
+
+def legend_widths(names: list[str]) -> list[float]:
+    """Return about how many pixels a legend takes in one column, in two, .., with all in a row."""
+    each = [ENTRY + LETTER * len(name) for name in names]
+    return [sum(max(each[k::n]) for k in range(n)) for n in range(1, len(each) + 1)]
 
 
 def single(values):
