@@ -57,7 +57,9 @@ class Follower:
         self.kalman += [Legs(self.speed, unit, self.kalman[-1])] if self.C == 2 else []
         self.poles = None
         self.weight = np.full(len(self.kalman) + len(bank.RADII), self.doubt_of_others)
-        self.weight[: len(bank.STRAIGHT)] = 0.0
+        for i, (alpha, q) in enumerate(bank.STRAIGHT):
+            if alpha == 0.0 or q == 1e5:
+                self.weight[i] = 0.0
 
     def _weights(self, known):
         w = np.where(known, np.exp(self.weight - self.weight[known].max()), 0.0)

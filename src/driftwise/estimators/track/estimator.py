@@ -61,7 +61,8 @@ class TrackEstimator(Portable):
     learning_rate : float
         What the evidence of one plot counts. All models are wrong in the same way: half.
     doubt : float
-        By what log weight all but constant velocity begin behind it: they are slow to learn.
+        By what log weight all begin behind constant velocity, for they are slow to learn; but for one, to which an
+        object may be anywhere.
     noise, tails : float
         Plots by which each model's noise, and the shape of the forecast, are known.
 
@@ -102,7 +103,7 @@ class TrackEstimator(Portable):
         coordinates: int = 2,
         forgetting: float = 0.9,
         learning_rate: float = 0.5,
-        doubt: float = 3.0,
+        doubt: float = 2.0,
         noise: float = 20.0,
         tails: float = 100.0,
     ):
