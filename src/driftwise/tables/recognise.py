@@ -215,7 +215,6 @@ def recognise(
     clock = columns[time] if time is not None else None
     known = counted(clock, names[time]) if time is not None and time not in stamps else None
     count = known or Count(1.0)
-    sampling = judge_sampling(count.time(clock)) if clock is not None else Sampling("none", 1.0)
     _take_stuck(found, clean, names, {time, *stamps})
     barred = {name: _barred(names[name], found[name], clean[name]) for name in clean if name != time}
     signals = {name: clean[name] for name in clean if name not in {time, *stamps} and not barred[name]}
@@ -258,6 +257,8 @@ def recognise(
         ten = (tens or {}).get(name, 0)
         final.append(replace(column, role=role, why=reason, helps=helps.get(name, 0.0), ten=ten))
     timed = time in stamps or known is not None
+    rows_of = np.column_stack([clean[name] for name in (output, *inputs)])
+    sampling = judge_sampling(count.time(clock), rows_of) if clock is not None else Sampling("none", 1.0)
     said = frozenset(key for key, value in given.items() if value is not None)
     return worded(Table(tuple(final), output, tuple(inputs), time, sampling, count, timed, rows, said, rivals=rivals))
 

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .clock import DAY
+from .going_on import PAST, goes_on
 
 LONGEST_GAP = 1000  # samples; a longer silence is a restart
 RESTART_ROWS = 20  # missing rows that stand for a restart: enough to empty the lags of a model
@@ -27,6 +28,7 @@ class Sampling(NamedTuple):
     dt : step of the clock; 1 without a time column
     gaps, longest : how many steps lost samples, restarts aside, and the longest of all steps
     duplicates, late, restarts : stamps that repeat the one before, come after later ones, and start again
+    set_back : how many times the clock was set back while rows went on
     low, high : 5 and 95 % quantile of the steps
     rest : stamp at which one of the weekends begins that a clock of working days leaves out, None for any other clock
     """
@@ -41,10 +43,13 @@ class Sampling(NamedTuple):
     low: float = 0.0
     high: float = 0.0
     rest: float | None = None
+    set_back: int = 0
 
 
-def judge_sampling(time) -> Sampling:
+def judge_sampling(time, values=None) -> Sampling:
     """Say how a time column (T,) of seconds steps; NaN where a stamp is missing.
+
+    ``values`` (T, k) of its rows tell whether these go on where it goes back; without them none do.
 
     Examples
     --------
@@ -78,10 +83,12 @@ def judge_sampling(time) -> Sampling:
         least = span / (DENSEST * forward.size)
         common = divisor(forward, least)
         dt = common or max(dt, float(f"{least:.3g}"))
-    stamps = time[np.isfinite(time)]
-    again, _ = starts_again(stamps, dt, stamps[0])
+    is_stamped = np.isfinite(time)
+    stamps = time[is_stamped]
+    rows = None if values is None or kind == "irregular" else np.asarray(values, float)[is_stamped]
+    again, on, _ = starts_again(stamps, dt, stamps[0], rows)
     restarts = int(np.count_nonzero(again) + np.count_nonzero(forward > (LONGEST_GAP + 1) * dt))
-    parts = np.split(stamps, np.flatnonzero(again) + 1)
+    parts = np.split(stamps, np.flatnonzero(again | on) + 1)
     return Sampling(
         kind,
         dt,
@@ -93,6 +100,7 @@ def judge_sampling(time) -> Sampling:
         float(low),
         float(high),
         rest,
+        int(np.count_nonzero(on)),
     )
 
 
@@ -134,23 +142,31 @@ def divisor(steps, least: float) -> float:
     return 0.0
 
 
-def starts_again(stamps, dt: float, start: float):
-    """Return (mask of the steps (T - 1,) at which a clock starts again, the stamp where it last did).
+def starts_again(stamps, dt: float, start: float, values=None, known: int = 0):
+    """Return (mask of the steps (T - 1,) at which a clock starts again, mask of those at which it was set back while
+    rows went on, the stamp where it last started).
 
-    It does where it goes back by more than half of its way so far, or by more than `LONGEST_GAP` steps. By less, it was
-    put back: what follows is dated right, and rows are late until it has caught up.
+    Rows go on where their values (T, k) say so (`goes_on`), but for a clock that is back where it started. It starts
+    again where it goes back by more than half of its way so far, or by more than `LONGEST_GAP` steps. By less, rows
+    are late until it has caught up. Steps between the first ``known`` rows have been judged.
 
     >>> starts_again(np.array([0.0, 10, 20, 30, 0, 10]), 1.0, 0.0)[0].tolist()
     [False, False, False, True, False]
     >>> starts_again(np.array([0.0, 10, 20, 30, 20, 30]), 1.0, 0.0)[0].any()
     np.False_
+    >>> rows = 0.1 * np.arange(30.0)[:, None]
+    >>> np.flatnonzero(starts_again(np.r_[0:20, 8:18.0], 1.0, 0.0, rows)[1]).tolist()
+    [19]
     """
-    again = np.zeros(max(len(stamps) - 1, 0), bool)
-    for k in np.flatnonzero(np.diff(stamps) < -LATE * dt):
+    again, on = np.zeros((2, max(len(stamps) - 1, 0)), bool)
+    first = max(known - 1, 0)
+    for k in first + np.flatnonzero(np.diff(stamps[first:]) < -LATE * dt):
         back = stamps[k] - stamps[k + 1]
-        if back > LONGEST_GAP * dt or back > 0.5 * (stamps[k] - start):
+        if values is not None and stamps[k + 1] > start + 0.5 * dt and goes_on(stamps, values, int(k), dt):
+            on[k] = True
+        elif back > LONGEST_GAP * dt or back > 0.5 * (stamps[k] - start):
             again[k], start = True, float(stamps[k + 1])
-    return again, start
+    return again, on, start
 
 
 class Regular:
@@ -158,8 +174,9 @@ class Regular:
 
     Regular or uneven stamps: each row is one sample; where samples were lost, rows of NaN are put in, so that time
     moves. After more than `LONGEST_GAP` lost samples, or where the clock starts again, `RESTART_ROWS` rows of NaN
-    stand for the break, and a clock that started again goes on from there. Rows whose stamp repeats one before, or
-    comes late, as those of a clock that was put back do for a while, are left out, and those before the first stamp.
+    stand for the break, and a clock that started again goes on from there. Where it was set back while rows went on,
+    it goes on without a break. Rows whose stamp repeats one before, or comes late, are left out, and those before the
+    first stamp.
     Irregular stamps: the clock ticks every `dt`; a tick gets the last row before it, of which the columns `held`
     (inputs) stay while the others are NaN until a fresh row comes.
 
@@ -186,8 +203,9 @@ class Regular:
         self._start: float | None = None  # the stamp at which the clock last started
         self.breaks: list[
             tuple[float, float]
-        ] = []  # where the clock started again, and what its stamps are ahead since
-        self._shift = 0.0  # what restarts added to the stamps
+        ] = []  # where the clock started again or was set back, and what its stamps are ahead since
+        self._shift = 0.0  # what these added to the stamps
+        self._past: tuple[np.ndarray, np.ndarray] | None = None  # stamps and values of the last rows as they came
         self._last = -np.inf  # time of the last row kept
         self._row: tuple[float, np.ndarray, int] | None = None  # irregular: the row that the clock waits for
         self._base = self._tick = 0.0  # irregular: where the ticks are counted from, and the next one
@@ -211,7 +229,7 @@ class Regular:
             time, values, rows = time[start:], values[start:], rows[start:]
         if not len(values):
             return np.empty(0), values, rows
-        time = self._forward(time)
+        time = self._forward(time, values)
         past = np.maximum.accumulate(np.concatenate(([self._last], time)))
         keep = time > past[:-1]
         self.dropped += int(len(time) - keep.sum())
@@ -229,19 +247,25 @@ class Regular:
         self._row = None
         return np.array([self._tick]), values[None], np.array([row])
 
-    def _forward(self, stamps):
-        """Return stamps with holes filled and with restarts moved behind what came before."""
+    def _forward(self, stamps, values):
+        """Return stamps with holes filled, and moved behind what came before where the clock went back."""
         dt = self.sampling.dt
         first = self._stamp if self._stamp is not None else stamps[0] - dt
         joined = np.concatenate(([first], stamps))
         index = np.arange(joined.size)
         known = np.maximum.accumulate(np.where(np.isfinite(joined), index, 0))
         joined = joined[known] + (index - known) * dt
-        steps = np.diff(joined)
-        again, self._start = starts_again(joined, dt, first if self._start is None else self._start)
+        past, seen = self._past or (joined[:0], values[:0])
+        past, seen = np.concatenate((past, joined[1:])), np.concatenate((seen, values))
+        rows = None if self.sampling.kind == "irregular" else seen
+        start = first if self._start is None else self._start
+        again, on, self._start = starts_again(past, dt, start, rows, len(past) - len(stamps))
+        self._past = past[-PAST:], seen[-PAST:]
+        again, on = (np.concatenate(([False], mask))[-len(stamps) :] for mask in (again, on))
         self.restarts += int(again.sum())
-        shift = self._shift + np.cumsum(np.where(again, (RESTART_ROWS + 1) * dt - steps, 0.0))
-        self.breaks += [(float(joined[k + 1] + shift[k]), float(shift[k])) for k in np.flatnonzero(again)]
+        step = np.where(again, (RESTART_ROWS + 1) * dt, dt)
+        shift = self._shift + np.cumsum(np.where(again | on, step - np.diff(joined), 0.0))
+        self.breaks += [(float(joined[k + 1] + shift[k]), float(shift[k])) for k in np.flatnonzero(again | on)]
         self._stamp, self._shift = float(joined[-1]), float(shift[-1])
         return joined[1:] + shift
 

@@ -129,6 +129,12 @@ def _sampling_notes(table: Any) -> list[Claim]:
             f"{LONGEST_GAP} samples): {RESTART_ROWS} missing samples stand for each break.",
             s.restarts,
         )
+    if s.set_back:
+        add(
+            f"{table.time!r} was set back {count_of(s.set_back, 'time')} while rows went on: they are counted on, and "
+            "dates are those of the table.",
+            s.set_back,
+        )
     if table.stacked:
         names = listed(list(map(repr, table.stacked))) + (" names" if len(table.stacked) == 1 else " name")
         add(
