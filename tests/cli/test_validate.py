@@ -47,3 +47,19 @@ def test_columns_are_recognised_and_the_model_found(call, late, tmp_path):
 def test_what_is_no_model_is_refused_before_the_table_is_read(call, model, word):
     code, _, err = call("validate", "nowhere.csv", "--model", model)
     assert code == 2 and word in err
+
+
+def test_time_is_counted_in_seconds_only_where_the_clock_says_so(call, late, tmp_path):
+    u, y = np.loadtxt(late, delimiter=",", skiprows=1).T
+    times = {}
+    for name, unit in (("t", "samples"), ("time_s", "s")):
+        path, result = tmp_path / f"{name}.csv", tmp_path / f"{name}.json"
+        rows = np.c_[10.0 * np.arange(len(y)), u, y]
+        np.savetxt(path, rows, delimiter=",", header=f"{name},heater,temperature", comments="", fmt="%.17g")
+        code, out, err = call("validate", path, "--model", "arx:2,2,5", "--json", result)
+        assert code == 0, err
+        found = json.loads(result.read_text())
+        assert found["unit"] == unit and ("Hz" in out) == (unit == "s")
+        times[name] = found["poles"][0]["time_constant"]
+    assert times["time_s"] == pytest.approx(10 * times["t"])
+    assert dw.identify({"heater": u, "temperature": y}).validate().unit == "samples"

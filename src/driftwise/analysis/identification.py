@@ -15,7 +15,7 @@ from ..models.markup import markup
 from ..results import verbs
 from ..results.claims import Claim, told
 from ..results.frames import as_frame
-from ..results.numbers import ordinal
+from ..results.numbers import SAMPLES, SECONDS, ordinal
 from ..results.parameter_trace import ParameterTrace
 from ..results.stable import runs_away
 from ..results.summary import Summary
@@ -200,7 +200,7 @@ class Identification:
         trace.begun = self.estimator.start() if trace.begun is None else trace.begun
         trace.y, trace.u, trace.table = trace.y - self.center[0], trace.u - self.center[1:], trace.table.copy()
         trace.table[:, 0] -= self.center[0]
-        return validate(trace, self.table.inputs, self.summary.unit)
+        return validate(trace, self.table.inputs, SECONDS if self.table.timed else SAMPLES)
 
     def phrase(self, change: Change) -> str:
         """Return a change as a phrase, with its time on the clock of the table."""

@@ -64,8 +64,8 @@ class Validation:
 
     @property
     def dt(self) -> float:
-        """Seconds between samples."""
-        return self.estimator.dt
+        """What lies between samples, in its `unit`."""
+        return self.estimator.dt if self.unit == SECONDS else 1.0
 
     @cached_property
     def modes(self) -> list[Mode]:
@@ -99,6 +99,7 @@ class Validation:
             "verdicts": self.verdicts.as_dict(),
             "seen": [plain(fit) for fit in self.seen],
             "fresh": [plain(fit) for fit in self.fresh],
+            "unit": self.unit,
             "poles": [{**mode._asdict(), "pole": [mode.pole.real, mode.pole.imag]} for mode in self.modes],
         }
 

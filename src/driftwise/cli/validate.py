@@ -110,7 +110,7 @@ class ValidateJob(TableJob):
             rows = u if est.model.inputs else None
             trace, self.name = est.scaled_to(y, rows).scan(y, rows, time=time), str(self.model)
         self.table = table
-        unit = SECONDS if table.timed or table.time else SAMPLES
+        unit = SECONDS if table.timed else SAMPLES
         self.found = validate(trace, table.inputs if trace.u.shape[1] else (), unit)
         self.notes = [*self.notes, *table.notes, *segments.losses()]
 
