@@ -9,23 +9,30 @@ from .onsets import abrupt
 from .response import Response
 from .response_orders import cleaned, likeliest, orders, plainest, respond, without_outliers
 from .response_record import Record
+from .seasonal_level import beside_seasons
 
 STARTS = 2  # changes beside which a response is begun
 
 
-def beginnings(record: Record) -> list[Response]:
+def beginnings(record: Record, seasons: tuple[int, ...] = ()) -> list[Response]:
     """Return the response of a record, and one beside what an order of it is surely without, where likelier.
 
+    All are beside those of the ``seasons``, in samples, with which the response is likelier.
     A step that is not there yet is taken for an answer of the plant: by poles too slow, delays too long, one order
     more. Once it is taken for that, nothing is left of it to be found. A wrong one, though, hides the right one.
     """
-    plain = without_outliers(plainest(record))
-    if plain is None or not len(plain.b):
-        return [one for one in (plain and respond(plain),) if one is not None]
-    found = orders(plain)
-    if not found:
+    if (plain := without_outliers(plainest(record))) is None:
+        return []
+    if not len(plain.b):
+        alone = respond(plain)
+        beside = [respond(one) for one in beside_seasons(plain, alone, seasons)] if alone is not None else []
+        return [one for one in [alone, *beside] if one is not None]
+    if not (found := orders(plain)):
         return []
     bare = cleaned(likeliest(found))
+    for one in beside_seasons(plain, bare, seasons):
+        if (more := orders(one)) and (best := cleaned(likeliest(more))).criterion < bare.criterion:
+            plain, found, bare = one, more, best
     begun = [respond(one) for one in (*beside_changes(plain, found), *beside_lines(plain, found))]
     likelier = [one for one in begun if one is not None and one.dated_criterion < bare.criterion]
     return [bare, *sorted(likelier, key=lambda one: one.dated_criterion)[:1]]

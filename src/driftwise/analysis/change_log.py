@@ -44,7 +44,7 @@ class ChangeLog:
     """Changes of a record that comes in pieces; the end of the last piece is looked at together with the next."""
 
     def __init__(self, inputs=(), is_held=False, seasons: tuple[int, ...] = ()):
-        self.seasons = seasons  # with which the noise may come and go, in samples
+        self.seasons = seasons  # that the level may have, or with which the noise comes and goes, in samples
         self.inputs, self.count = inputs, 0
         self.changes: list[Change] = []
         self.is_held = is_held  # whether inputs are known at some rows alone, and were held between them

@@ -19,6 +19,7 @@ from .response import Response
 from .response_covariance import covariance, without_end
 from .response_orders import grown
 from .response_record import long_run, recorded
+from .seasons import held
 from .walks import best_walk, walked, walks
 
 EDGE, BESIDE = 6, 5.0  # part of a record that is its edge; log odds that chance may take
@@ -163,7 +164,7 @@ def hindsight(y, *readings, seasons: tuple[int, ...] = ()) -> Hindsight | None:
     """Return what was found in a record, y (T,) and u (T, k); None where too few outputs were measured.
 
     Of several readings of what the inputs did, the one is taken under which y is likeliest before anything changes.
-    Noise that comes and goes with one of ``seasons``, in samples, is not taken for noise that jumps.
+    The level may have each of ``seasons``, in samples; noise that comes and goes with one is none that jumps.
 
     One response of all inputs beside coloured noise is fitted (`response`). A change is added where it explains most:
     a step of the level, of the gain of an input, or what is none: an input that bends, a gain that moves along a line,
@@ -176,7 +177,8 @@ def hindsight(y, *readings, seasons: tuple[int, ...] = ()) -> Hindsight | None:
     """
     if np.isfinite(y).sum() <= 2 * LEAST:
         return None
-    begun = [(beginnings(read[0]), read[1:]) for read in (recorded(y, completed(y, u)) for u in readings)]
+    holds = held(seasons, int(np.isfinite(y).sum()))
+    begun = [(beginnings(read[0], holds), read[1:]) for read in (recorded(y, completed(y, u)) for u in readings)]
     least = [min((one.dated_criterion for one in found), default=math.inf) for found, _ in begun]
     found, units = begun[int(np.argmin(least))]
     searches = [searched(one) for one in found]
