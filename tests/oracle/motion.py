@@ -57,9 +57,7 @@ class Follower:
         self.kalman += [Legs(self.speed, unit, self.kalman[-1])] if self.C == 2 else []
         self.poles = None
         self.weight = np.full(len(self.kalman) + len(bank.RADII), self.doubt_of_others)
-        for i, (alpha, q) in enumerate(bank.STRAIGHT):
-            if alpha == 0.0 or q == 1e5:
-                self.weight[i] = 0.0
+        self.weight[: len(bank.STRAIGHT)] = [-{100.0: 2, 1e3: 1}.get(q, 0) for _, q in bank.STRAIGHT]
 
     def _weights(self, known):
         w = np.where(known, np.exp(self.weight - self.weight[known].max()), 0.0)

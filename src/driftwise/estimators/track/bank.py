@@ -37,7 +37,7 @@ RADII = (0.2, 0.6, 0.87)
 LINES, CURVES, CIRCLES, POLES = len(STRAIGHT), len(CURVED), len(TURNS), len(RADII)
 LEGS, TURNING = len(LEG_RATES), len(RATES)
 KALMAN = LINES + CURVES
-STEADY, ANYWHERE = sum(alpha == 0.0 for alpha, _ in STRAIGHT), LINES - 1  # of constant velocity; the widest
+BEHIND = (*(0.0,) * 6, 2.0, 1.0, 0.0)  # log weight by which each that is straight begins behind: the widest does not
 
 SEEN, TIME, PERIOD, GAP, MANOEUVRE, ALERT, TRUST, SUSPECTED, DOUBT, LEAD, PACE = range(11)  # of the head of a row
 FIRST, LAST, SPEED, LOG, STATED, SURPRISE, SUSPECT, CLAIMED, STILL, GRAIN, DRIFT, EACH = range(12)  # of each coordinate
@@ -76,12 +76,6 @@ def legged(C):
 def moving(C):
     """Return how many members have a state: all but those with a learnt pole."""
     return KALMAN + circles(C) + legged(C)
-
-
-@kernel
-def is_doubted(i):
-    """Say whether a member begins behind the others: all but constant velocity and who may be anywhere."""
-    return i >= STEADY and i != ANYWHERE
 
 
 @kernel

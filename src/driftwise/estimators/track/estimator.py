@@ -61,8 +61,7 @@ class TrackEstimator(Portable):
     learning_rate : float
         What the evidence of one plot counts. All models are wrong in the same way: half.
     doubt : float
-        By what log weight all begin behind constant velocity, for they are slow to learn; but for one, to which an
-        object may be anywhere.
+        By what log weight all that curve begin behind constant velocity: they are slow to learn.
     noise, tails : float
         Plots by which each model's noise, and the shape of the forecast, are known.
 
@@ -103,7 +102,7 @@ class TrackEstimator(Portable):
         coordinates: int = 2,
         forgetting: float = 0.9,
         learning_rate: float = 0.5,
-        doubt: float = 2.0,
+        doubt: float = 1.5,
         noise: float = 20.0,
         tails: float = 100.0,
     ):

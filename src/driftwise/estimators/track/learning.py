@@ -56,7 +56,7 @@ def enter(task, row, t, y, R, C):
     for j in range(bank.TAILS):
         row[bank.row_at(C).tails + j] = PRIOR[j]
     for i in range(bank.members(C)):
-        row[bank.row_at(C).weights + i] = task.doubt if bank.is_doubted(i) else 0.0
+        row[bank.row_at(C).weights + i] = -bank.BEHIND[i] if i < bank.LINES else task.doubt
 
 
 @kernel

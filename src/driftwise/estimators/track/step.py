@@ -32,7 +32,7 @@ class Tracking(NamedTuple):
     fastest: float  # m/s, what is fast for the class
     forgetting: float  # phi
     rate: float  # eta, what the evidence of a plot counts
-    doubt: float  # log weight at first of all but constant velocity and who may be anywhere
+    doubt: float  # log weight at first of all that curve
     noise: float  # plots by which the noise of a member is known
     tails: float  # plots by which the shape of the density is known
     starts: float  # probability of a manoeuvre to start, per plot
