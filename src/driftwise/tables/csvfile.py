@@ -13,6 +13,7 @@ from driftwise.tables.source import Source
 
 BLOCK = 1 << 21
 HEAD = 1 << 18
+PROBES, PROBE = 32, 4096  # places all over a file, and bytes at each, where dates are looked at
 LEAST_LINES = 4  # whole lines by which a table is known
 _COMMENT_LINE = re.compile(rb"(?m)^[ \t]*[#%][^\n]*(?:\n|\Z)")
 
@@ -44,15 +45,31 @@ class CsvSource(Source):
         lines = head.split(b"\n")
         complete = lines[:-1] if len(head) >= HEAD // 2 and len(lines) > 1 else lines
         self.dialect: Dialect = sniff([_decode(line).rstrip("\r") for line in complete])
+        if not self.dialect.is_day_known and self.size and self.size > len(head):
+            self.dialect = sniff([_decode(line).rstrip("\r") for line in complete], self._probes(len(head), self.size))
         self._rest = b"\n".join(lines[self.dialect.skip :])
         self.names, self.units = self.dialect.names, self.dialect.units
         self.decimal, self.day_first = self.dialect.decimal, self.dialect.day_first
+        if not self.dialect.is_day_known:
+            order = "day" if self.day_first else "month"
+            self.notes = (f"Dates are read with the {order} first: no date of the table tells days from months.",)
 
     def _read(self, columns):
         for block in self._blocks():
             block = self._tidy(block)
             if block:
                 yield self._parse(block, columns)
+
+    def _probes(self, start: int, size: int) -> list[str]:
+        """Return lines from all over the file behind its head."""
+        if not self._stream.seekable():
+            return []
+        place, lines = self._stream.tell(), list[bytes]()
+        for k in range(1, PROBES + 1):
+            self._stream.seek(max(start + (size - start) * k // PROBES - PROBE, 0))
+            lines += self._line_ends(bytes(self._stream.read(PROBE))).split(b"\n")[1:-1]
+        self._stream.seek(place)
+        return [_decode(line).rstrip("\r") for line in lines]
 
     def _bytes(self, size: int) -> bytes:
         """Read until `size` bytes or the end: a pipe hands over less at a time."""

@@ -39,7 +39,7 @@ PERIODS = (
 )  # fmt: skip
 _WITH_TIME = rf"{COMPACT}[ T_-]\d\d:?\d\d(:?\d\d)?Z?"
 STAMP = re.compile(rf"(({'|'.join(DATES)})({TIME})?|{'|'.join(PERIODS)}|{_WITH_TIME})$", re.I)
-SLASHED = re.compile(r"(\d\d?)[/ -](\d\d?)[/ -](?:\d{4}|\d\d)(?!\d)")
+SLASHED = re.compile(r"(\d\d?)[/ -](\d\d?)[/ -](\d{4}|\d\d)(?!\d)")
 REGULAR = 0.9  # share of the steps that are alike, where months are dates
 _MONTH = re.compile(r"(1[5-9]|20)\d\d(0[1-9]|1[0-2])$")
 _DIGITS = re.compile(rf"{COMPACT}(([01]\d|2[0-3])([0-5]\d){{0,2}})?$")

@@ -6,10 +6,12 @@ import csv
 import itertools
 import re
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from driftwise.engine.errors import InputError
-from driftwise.tables.dates import SLASHED, STAMP, are_compact
+from driftwise.tables.dates import STAMP, are_compact
+from driftwise.tables.day_order import day_order
 from driftwise.tables.marks import Marks, marks_of
 
 MISSING = frozenset(
@@ -47,6 +49,7 @@ class Dialect:
     stamps: frozenset[str] = frozenset()  # columns of time stamps
     texts: frozenset[str] = frozenset()  # columns of words
     day_first: bool = True  # whether 1/2/2024 is the first of February
+    is_day_known: bool = True  # whether anything says so
     marks: dict[str, Marks] = field(default_factory=dict)  # what cells carry beside numbers
 
 
@@ -75,7 +78,7 @@ def split(line: str, delimiter: str) -> list[str]:
         return line.split(delimiter)
 
 
-def sniff(lines: list[str]) -> Dialect:
+def sniff(lines: list[str], further: Sequence[str] = ()) -> Dialect:
     """Return the dialect of a file from its first lines (physical lines, without line ends)."""
     content, comments = [], []
     for number, line in enumerate(lines):
@@ -116,12 +119,13 @@ def sniff(lines: list[str]) -> Dialect:
     skip = numbers[start] if start < len(rows) else numbers[-1] + 1
     kinds = [Counter(kind(row[j]) for row in body) for j in range(width)]
     total = sum(kinds, Counter())
+    later = [*lines[:: 1 + len(lines) // SAMPLE_LINES], lines[-1], *further]
+    day_first, is_day_known = day_order(body, [split(line, delimiter) for line in later])
     return Dialect(
         delimiter=delimiter,
         decimal="," if total["comma"] > 0 and not _has_dots(body) else ".",
-        day_first=_day_first(
-            [*body, *(split(line, delimiter) for line in [*lines[:: 1 + len(lines) // SAMPLE_LINES], lines[-1]])]
-        ),
+        day_first=day_first,
+        is_day_known=is_day_known,
         names=tuple(names),
         skip=skip,
         has_header=header is not None,
@@ -357,16 +361,3 @@ def unique(header: list[str], width: int) -> list[str]:
 
 def _has_dots(body: list[list[str]]) -> bool:
     return any("." in cell and kind(cell) == "number" and not _GROUPED.match(cell) for row in body for cell in row)
-
-
-def _day_first(body: list[list[str]]) -> bool:
-    """Whether dates with slashes begin with the day: what exceeds 12, or else changes more often, is the day.
-
-    Where neither does, those with am and pm are American and begin with the month.
-    """
-    cells = [cell for row in body for cell in row if SLASHED.match(cell)]
-    dates = [match.groups() for cell in cells if (match := SLASHED.match(cell))]
-    first, second = ({int(date[j]) for date in dates} for j in (0, 1))
-    if max(first | {0}) > 12 or max(second | {0}) > 12:
-        return max(first) > 12
-    return len(first) > len(second) or (len(first) == len(second) and not any(c[-1] in "mM" for c in cells))
