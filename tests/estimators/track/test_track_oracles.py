@@ -54,9 +54,12 @@ def test_all_it_tells_equals_matrices_written_from_the_textbook(record):
     est, t, y, R = make(coordinates, *stated)
     trace = est.scan(t, y, R)
     follower = Follower(est.speed, coordinates, **{name: est.options[name] for name in CONSTANTS})
-    assert (trace.onset.any() or make is left) and (trace.status & int(dw.Status.OUTLIER)).any()
+    waited = []
     for k in range(len(t)):
         told = follower.take(t[k], y[k], None if R is None else np.diag(R[k]))
+        waited.append(bool(follower.waiting))
+        is_wild = waited[-1] and np.isfinite(y[k]).all() and follower.doubt > 0.5
+        assert bool(trace.status[k] & int(dw.Status.OUTLIER)) == is_wild, k
         if not k:
             continue
         assert close(trace.prediction[k], told["prediction"], 1e-12), k
@@ -78,6 +81,7 @@ def test_all_it_tells_equals_matrices_written_from_the_textbook(record):
         if coordinates == 2 and k % 20 == 3:
             _, S = est.predict(est.scan(t[:k], y[:k], None if R is None else R[:k]).state, t[k])
             assert close(S[0, 1], told["cross"], 1e-7), k
+    assert (trace.onset.any() or make is left) and any(waited)
 
 
 # --- one model of motion at a time --------------------------------------------------------------------------

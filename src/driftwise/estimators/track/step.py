@@ -249,7 +249,7 @@ def advance(task, row, t, y, R, out, kept):
     if is_seen:
         waits = not is_true and suspect(task, other, C, d, z, R, told, parts, was, stated)
         if waits:
-            status += OUTLIER
+            status += OUTLIER if other[bank.DOUBT] > 0.5 else 0.0  # likelier wild than not
             output.tell_state(task, row, C, T, w, unit, x, A, F, spare)
         leaves = waits and departure.likelihood(task, row, C, d, z, parts) > 0.0
         status += absorb(task, row, C, T, d, z, unit, g, mean, S, A, B, w, told, parts, scores, learnt, leaves)
