@@ -96,7 +96,7 @@ class TrackPredictor(Predictor):
     >>> states = TrackInitiator(est).begin(one, two)
     >>> prediction = TrackPredictor(estimator=est).predict(states[-1], timestamp=timestamp(5.0))
     >>> print([round(float(x)) for x in prediction.state_vector])  # [E, vE, N, vN]; two plots, and what boats do
-    [17, 3, 13, 2]
+    [18, 3, 14, 3]
     """
 
     transition_model: TransitionModel = Property(default=None, doc="Not used: the estimator has its own")
