@@ -14,6 +14,8 @@ from .auto_constants import (
     FREQUENT,
     ISOLATED,
     LEARNT,
+    SHY,
+    SHY_OF_OUTLIERS,
     STILL_LOUD,
     SURPRISE,
     SUSPECT,
@@ -89,8 +91,9 @@ def try_out(memory, parts, e, R, evidence, rho, outliers, view, least):
     )
     known = share_of_outliers(memory, head, head[STRUCK_BEFORE])
     head[VERDICT] = judge(memory, trial, outliers, known, parts.drift.head[SEEN], unit)
-    shown = trial.shown
-    rho = (1.0 - shown[0] - shown[1] - shown[2]) * rho + shown[0] * same + shown[1] * freed + shown[2] * level
+    is_shy = memory.has_state > 0.0 and outliers > SHY_OF_OUTLIERS / SHY  # then the state is no bolder than the mean
+    part = trial.moved if is_shy else trial.shown
+    rho = (1.0 - part[0] - part[1] - part[2]) * rho + part[0] * same + part[1] * freed + part[2] * level
     if head[VERDICT] != NOTHING:
         concede(trial, parts.second)
         if view.fresh.size > 0 and head[VERDICT] == A_JUMP:
