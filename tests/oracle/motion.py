@@ -60,7 +60,10 @@ class Follower:
         self.weight[: len(bank.STRAIGHT)] = [-{100.0: 2, 1e3: 1}.get(q, 0) for _, q in bank.STRAIGHT]
 
     def _weights(self, known):
-        w = np.where(known, np.exp(self.weight - self.weight[known].max()), 0.0)
+        weight = self.weight.copy()
+        if self.C == 2:  # legs have more while they hold a turn
+            weight[len(self.kalman) - 1] += judging.TURNED * self.kalman[-1].share[legs.STRAIGHTS :].sum()
+        w = np.where(known, np.exp(weight - weight[known].max()), 0.0)
         return w / w.sum()
 
     def _take(self, t, y, R):
@@ -236,6 +239,9 @@ class Follower:
         usual, louder = -0.5 * (freedom + 1) * np.log1p(z2 / freedom), judging.LOUDER - 0.5 * np.log(np.maximum(z2, 1))
         usual = np.where(usual < judging.LOUDER, np.maximum(usual, louder), usual)
         score = (usual - 0.5 * np.log(self.S)).sum(axis=1)
+        if C == 2:  # some turn explains any plot
+            straight = max(score[i] for i, (alpha, _) in enumerate(bank.STRAIGHT) if alpha == 0)
+            score[len(self.kalman) - 1] = min(score[len(self.kalman) - 1], straight + judging.LOUDEST)
         score = np.where(known, score, -np.inf)
         likelihood = np.exp(score - score.max())
         # whether it manoeuvres: the members that see an acceleration beyond the gentle, against those that see none
@@ -297,9 +303,18 @@ class Follower:
             for member, factor in zip(self.poles, factors[len(self.kalman) :]):
                 member.correct(w, ahead, unit, g)
                 member.scale = member.scale * factor
-        self.surprise = (y - self.m) ** 2 / np.diag(self.V)
+        self.surprise = self._surprise(y)
         self.gap, self.velocity, self.last = d, velocity, y
         self.time, self.seen = t, self.seen + 1
+
+    def _surprise(self, y):
+        """Return the squared deviations of a plot in the mixture of all but legs, to whom nothing is one."""
+        others = self.w * (np.arange(len(self.w)) != len(self.kalman) - 1) if self.C == 2 else self.w
+        if not others.sum() > judging.LEAST_REST:
+            return (y - self.m) ** 2 / np.diag(self.V)
+        w, used = others / others.sum(), others > 0
+        m = w[used] @ self.mean[used]
+        return (y - m) ** 2 / (w[used] @ (self.S[used] + (self.mean[used] - m) ** 2))
 
     def _tell(self, found, w):
         known = w[: len(self.kalman)] / w[: len(self.kalman)].sum()

@@ -142,14 +142,17 @@ class Legs:
         self.share, self.scale, self.pi = np.array(bank.LEG_SHARES), np.ones(2), np.array(bank.LEG_SHARES)
         self.x, self.P = np.zeros((n, 2), complex), np.zeros((n, 2, 2), complex)
         self.P[:] = np.diag([np.mean(unit), fastest**2])  # half of E[x x*], which each coordinate has
-        self.ends = np.where(np.array(bank.LEG_RATES) == 0.0, legs.CALM, legs.LASTS)
+        quiet = np.arange(n) < legs.QUIET
+        self.ends = np.where(quiet, legs.CALM, legs.LASTS)
+        follows = np.where(quiet[:, None] & quiet, 0.0, self.pi)  # from, to: no quiet leg on a quiet one
+        self.follows = follows / follows.sum(axis=1, keepdims=True)
 
     def predict(self, d, T, unit, g):
         ended = self.share * (1 - (1 - self.ends) ** (d / T))
-        stays, new = self.share - ended, self.pi * ended.sum()
-        x, P = self.moments(ended / ended.sum())
+        stays, new = self.share - ended, ended @ self.follows
         before, self.share = (self.x.copy(), self.P.copy()), stays + new
-        for j in range(len(new)):  # of those that stay and those that begin
+        begun = [self.moments(w / w.sum()) for w in (ended[:, None] * self.follows).T]
+        for j, (x, P) in enumerate(begun):  # of those that stay and those that begin
             a = np.array([stays[j], new[j]]) / self.share[j]
             both, their = np.stack([before[0][j], x]), np.stack([before[1][j], P])
             self.x[j] = a @ both

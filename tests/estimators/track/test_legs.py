@@ -35,7 +35,7 @@ def test_legs_that_end_leave_mean_and_covariance_of_all_as_they_were():
     before = [np.zeros(6), np.zeros((6, 6))]
     after = [np.zeros(6), np.zeros((6, 6))]
     legs.member_state(row, 2, 4.0, UNIT, *before)
-    legs.mix(row, 2, 1.7, np.zeros(bank.LEGS))
+    legs.mix(row, 2, 1.7, np.zeros(bank.LEGS), np.zeros(2 * bank.LEG))
     legs.member_state(row, 2, 4.0, UNIT, *after)
     still = [0, 1, 3, 4]  # what accelerates begins anew
     np.testing.assert_allclose(after[0][still], before[0][still], rtol=1e-12)
@@ -43,10 +43,19 @@ def test_legs_that_end_leave_mean_and_covariance_of_all_as_they_were():
     assert np.isclose(np.trace(after[1][np.ix_(still, still)]), half, rtol=1e-12)
 
 
+def test_on_a_quiet_leg_a_manoeuvre_follows_and_it_is_as_it_was():
+    row, each = begun()
+    each[0], each[:, 0] = legs.FAINTEST, [1.0, *each[1:, 0]]
+    before = each[:, 0].copy()
+    legs.mix(row, 2, 1.0, np.zeros(bank.LEGS), np.zeros(2 * bank.LEG))
+    np.testing.assert_allclose(each[:, 0], [1 - legs.CALM, *before[1:]], rtol=1e-8)
+    np.testing.assert_allclose(each[0, 1:] / legs.CALM, np.array(bank.LEG_SHARES[1:]) / 0.75, rtol=1e-8)
+
+
 def test_shares_sum_to_one_whatever_the_plot():
     for y in ([0.0, 0.0], [1e30, -1e30], [5e3, 1e-9]):
         row, each = begun()
-        legs.predict(row, 2, 4.0, 3.0, UNIT, np.zeros(2 * bank.LEGS))
+        legs.predict(row, 2, 4.0, 3.0, UNIT, np.zeros(bank.LEGS + 2 * bank.LEG))
         legs.correct(row, 2, np.array(y), np.ones(2), UNIT, np.zeros(2), np.zeros(3 * bank.LEGS))
         assert np.isclose(each[0].sum(), 1.0) and (each[0] > 0.0).all() and np.isfinite(each).all()
 

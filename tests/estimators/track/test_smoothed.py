@@ -102,7 +102,7 @@ def rms(e):
 
 def test_drawn_flights_are_told_truer_and_bands_hold():
     ratio, held = [], []
-    for scene, time, plots, seen in flights(12):
+    for scene, time, plots, seen in flights(16):
         est, truth = dw.TrackEstimator(scene.kind.told), seen.truth[: len(time)]
         trace, filtered = est.smooth(time, plots), est.scan(time, plots)
         ratio.append(rms(trace.position - truth) / rms(filtered.position - truth))

@@ -29,7 +29,7 @@ TURNS = (0.1,)
 # q T^3 / r; how often one of those that begin is this
 RATES = tuple(2.0**k for k in range(-5, 1))
 LEG_RATES = (0.0, 0.0, *RATES, *(-rate for rate in RATES))
-LEG_NOISES = (1e-3, 0.1, *(1e-3 for _ in RATES), *(1e-3 for _ in RATES))
+LEG_NOISES = (1e-3, 0.3, *(1e-3 for _ in RATES), *(1e-3 for _ in RATES))
 LEG_SHARES = (0.25, 0.25, *(0.25 / len(RATES) for _ in RATES), *(0.25 / len(RATES) for _ in RATES))
 # of the manoeuvre pole, learnt: radius rho of C(q) = (1 - rho q)^2
 RADII = (0.2, 0.6, 0.87)

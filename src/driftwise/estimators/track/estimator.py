@@ -88,7 +88,7 @@ class TrackEstimator(Portable):
     >>> trace = dw.TrackEstimator("aircraft").scan(t, plots)
     >>> at = 40
     >>> print(f"{np.degrees(trace.turn_rate[at]):.1f} +- {np.degrees(trace.turn_rate_sd[at]):.1f} degrees a second")
-    2.4 +- 1.5 degrees a second
+    2.5 +- 1.8 degrees a second
     """
 
     trace_kind = TrackTrace

@@ -1,6 +1,7 @@
 """What the members of a track expect of a plot, and which of them the plot says were right.
 
 evidence     log w_i <- phi log w_i + eta sum_c log t(y_c; mu_ic, S_ic)     Student-t: a wild plot is no verdict
+turning      log w_i + b P(turn)    of the member that goes by legs: as long as it holds a turn it has more weight
 manoeuvre    P(manoeuvre) of a two-state Markov chain: members that see one against those that see none; no
              less than the lead in weight of those sure of one (2 standard deviations)
 """
@@ -14,6 +15,9 @@ from . import bank, circle, learning, legs, linear, pole
 FREEDOM = 6.0  # of the Student-t by which members are judged
 LOUDER = -10.0  # log probability that all is as expected but the noise, which is as large as it seems
 GENTLE = 250.0  # s, from rest to the speed of the class: an acceleration that is no manoeuvre
+LOUDEST = 3.0  # log density of a plot by which legs are above the best straight flight, at most
+TURNED = 1.75  # log weight that legs have more while they hold a turn
+LEAST_REST = 1e-9  # weight of all other members
 PLAIN = 3  # the member of constant velocity from which a manoeuvre leads away
 FRESH = 0.4  # of the mean of its innovations, what the last one counts
 FARTHEST = 3.0  # deviations that one counts at most
@@ -70,13 +74,25 @@ def weigh(row, C, mean, w):
     """Fill w: the weight of each member that has an opinion."""
     M, best, total = bank.members(C), -math.inf, 0.0
     for i in range(M):
+        w[i] = row[bank.row_at(C).weights + i] + (TURNED * legs.turning(row, C) if bank.goes_by_legs(C, i) else 0.0)
         if math.isfinite(mean[i, 0]):
-            best = max(best, row[bank.row_at(C).weights + i])
+            best = max(best, w[i])
     for i in range(M):
-        w[i] = exp(row[bank.row_at(C).weights + i] - best) if math.isfinite(mean[i, 0]) else 0.0
+        w[i] = exp(w[i] - best) if math.isfinite(mean[i, 0]) else 0.0
         total += w[i]
     for i in range(M):
         w[i] /= total
+
+
+@kernel
+def set_legs_aside(C, w):
+    """Take the weight of the member that goes by legs: some turn explains noise that has jumped, in any place."""
+    rest = 0.0
+    for i in range(bank.members(C)):
+        rest += 0.0 if bank.goes_by_legs(C, i) else w[i]
+    if rest > LEAST_REST:
+        for i in range(bank.members(C)):
+            w[i] = 0.0 if bank.goes_by_legs(C, i) else w[i] / rest
 
 
 @kernel
@@ -128,7 +144,7 @@ def bends(row, C, i, T, unit):
 @kernel
 def judge(task, row, C, T, y, unit, w, mean, S, exact, scores):
     """Give each member the density it had for the plot, and move the probability of a manoeuvre."""
-    M, best, top = bank.members(C), -math.inf, -math.inf
+    M, best, top, straight = bank.members(C), -math.inf, -math.inf, -math.inf
     for i in range(M):
         scores[i] = 0.0
         for c in range(C):
@@ -139,6 +155,10 @@ def judge(task, row, C, T, y, unit, w, mean, S, exact, scores):
                 if usual < LOUDER:
                     usual = max(usual, LOUDER - 0.5 * log(max(z2, 1.0)))
                 scores[i] += usual - 0.5 * log(S[i, c])
+        if i < bank.LINES and bank.STRAIGHT[i][0] == 0.0:
+            straight = max(straight, scores[i])
+        if bank.goes_by_legs(C, i):
+            scores[i] = min(scores[i], straight + LOUDEST)
         if math.isfinite(mean[i, 0]):
             top = max(top, scores[i])
     of_all = 0.0

@@ -1,7 +1,8 @@
-"""A member that goes by legs: straight or on circles of fixed rates; a leg ends, and another is drawn.
+"""A member that goes by legs: straight or on circles of fixed rates; a leg ends, and another begins.
 
     E + iN of leg j     p <- p + v (1 - exp(-i w d))/(i w),  v <- v exp(-i w d), under white acceleration
-    a leg ends          with probability 1 - (1 - h)^(d/T); what follows is leg j with probability pi_j, whatever it was
+    a leg ends          with probability 1 - (1 - h)^(d/T)
+    what follows        is leg j with probability pi_j; on the quiet one a manoeuvre, j with pi_j/(1 - pi_0)
     the plot            mu_j <- mu_j t(y; p_j, S_j): Student's
 
 A turn is entered from where the others are, by mixing means and covariances: interacting multiple models (Blom and
@@ -17,9 +18,10 @@ from .bank import CIRCULAR, LEG, LEG_NOISES, LEG_RATES, LEG_SHARES, LEGS, RATES,
 
 SHARE, E, VE, N, VN, PP, RE, IM, VV = (LEGS * k for k in range(LEG))  # RE + i IM is E[p v*]; PP, VV of one coordinate
 SCALE = LEG * LEGS  # behind them: scale of the noise of each coordinate
-CALM, LASTS = 0.2, 0.25  # h: of a straight leg, of another
+QUIET = 1  # how many legs are no manoeuvre: they come first; one that is straight with more noise slows or hurries
+CALM, LASTS = 0.06, 0.22  # h: of a quiet leg, of another
 STRAIGHTS = LEGS - 2 * TURNING
-BETWEEN = 0.01  # variance of the acceleration of a turn, of its square: rates between those of the grid
+BETWEEN = 0.04  # variance of the acceleration of a turn, of its square: rates between those of the grid
 FREEDOM = 12.0  # of the Student-t by which legs are judged: (FREEDOM + 2)/2 is whole
 FARTHEST = 1e25  # what x of its density x^-7 counts at most
 KNOWN = 4.0  # times the variance of a velocity, the square of one that turns: else loud errors are turns
@@ -45,27 +47,52 @@ def variance(row, C, unit):
 
 
 @kernel
-def mix(row, C, far, was):
-    """Let legs end over ``far`` periods: each begins from the mean and covariance of those that ended."""
+def mix(row, C, far, was, pool):
+    """Let legs end over ``far`` periods: a manoeuvre follows on the quiet one, any leg on a manoeuvre.
+
+    What begins has the mean and covariance of what it may have followed. ``was`` (LEGS,), ``pool`` (2 LEG,) are room.
+    """
     calm, moved = -expm1(far * log1p(-CALM)), -expm1(far * log1p(-LASTS))
-    L = row[at_legs(C) :]
-    total, pE, vE, pN, vN = 0.0, 0.0, 0.0, 0.0, 0.0
+    L, after_manoeuvres, after_any = row[at_legs(C) :], pool[:LEG], pool[LEG:]
     for j in range(LEGS):
-        w = L[SHARE + j] * (calm if j < STRAIGHTS else moved)
-        was[j] = w
+        was[j] = L[SHARE + j] * (calm if j < QUIET else moved)
+    quiet = was[0]
+    gather(L, was, QUIET, after_manoeuvres)
+    was[0] = quiet / (1.0 - LEG_SHARES[0])
+    gather(L, was, 0, after_any)
+    was[0] = quiet
+    begin_anew(L, was, 0, QUIET, after_manoeuvres)
+    begin_anew(L, was, QUIET, LEGS, after_any)
+
+
+@kernel
+def gather(L, was, first, pool):
+    """Fill ``pool``, by the numbers of a leg: share, mean and covariance of all that ended, ``was``, from the first."""
+    total, pE, vE, pN, vN = 0.0, 0.0, 0.0, 0.0, 0.0
+    for j in range(first, LEGS):
+        w = was[j]
         total += w
         pE, vE, pN, vN = pE + w * L[E + j], vE + w * L[VE + j], pN + w * L[N + j], vN + w * L[VN + j]
     pE, vE, pN, vN = pE / total, vE / total, pN / total, vN / total
     pp, re, im, vv = 0.0, 0.0, 0.0, 0.0
-    for j in range(LEGS):
+    for j in range(first, LEGS):
         w = was[j]
         dE, dvE, dN, dvN = L[E + j] - pE, L[VE + j] - vE, L[N + j] - pN, L[VN + j] - vN
         pp += w * (L[PP + j] + 0.5 * (dE * dE + dN * dN))
         re += w * (L[RE + j] + 0.5 * (dE * dvE + dN * dvN))
         im += w * (L[IM + j] + 0.5 * (dN * dvE - dE * dvN))
         vv += w * (L[VV + j] + 0.5 * (dvE * dvE + dvN * dvN))
-    pp, re, im, vv = pp / total, re / total, im / total, vv / total
-    for j in abreast(LEGS):
+    pool[0], pool[1], pool[2], pool[3], pool[4] = total, pE, vE, pN, vN
+    pool[5], pool[6], pool[7], pool[8] = pp / total, re / total, im / total, vv / total
+
+
+@kernel
+def begin_anew(L, was, first, end, pool):
+    """Let legs of a range begin, each as often as it does, with the mean and covariance of the pool."""
+    total, pE, vE, pN, vN = pool[0], pool[1], pool[2], pool[3], pool[4]
+    pp, re, im, vv = pool[5], pool[6], pool[7], pool[8]
+    for k in abreast(end - first):
+        j = first + k
         stays = L[SHARE + j] - was[j]
         share = stays + LEG_SHARES[j] * total
         a = stays / share
@@ -97,9 +124,9 @@ def arcs(T, d, s, c):
 
 @kernel
 def predict(row, C, T, d, unit, room):
-    """Take all legs d seconds on; ``room`` is some."""
+    """Take all legs d seconds on; ``room`` (LEGS + 2 LEG,) is some."""
     s, c = room[:LEGS], room[LEGS : 2 * LEGS]
-    mix(row, C, d / T, s)
+    mix(row, C, d / T, s, room[LEGS:])
     arcs(T, d, s, c)
     L, r = row[at_legs(C) :], variance(row, C, unit)
     white, between = r / (T * T * T), BETWEEN / T
@@ -176,6 +203,15 @@ def correct(row, C, y, g, unit, z2, post):
         far_E += w * zE[j]
         far_N += w * zN[j]
     z2[0], z2[1] = far_E, far_N
+
+
+@kernel
+def turning(row, C):
+    """Return how likely legs hold a turn."""
+    L, share = row[at_legs(C) :], 0.0
+    for j in range(STRAIGHTS, LEGS):
+        share += L[SHARE + j]
+    return share
 
 
 @kernel

@@ -139,6 +139,8 @@ def absorb(task, row, C, T, d, y, unit, g, mean, S, A, B, w, told, parts, scores
     judging.judge(task, row, C, T, y, unit, w, mean, S, exact, scores)
     learning.learn_noise(row, C, d, y, g, unit, exact)
     held = correct_all(task, row, C, T, d, y, g, unit, mean, S, exact, A, B, x, share, least)
+    judging.set_legs_aside(C, w)
+    output.expect(C, w, mean, S, told)
     learning.note(row, C, d, y, told, off, exact)
     return PROJECTED if held > 0.0 else 0.0
 
