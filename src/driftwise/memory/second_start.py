@@ -64,14 +64,18 @@ def begin_with_rows(memory, second, rows, theta, unit, P, view, least):
     if many == count or not says_enough(rows, limit):
         return
     begin_second(memory, second, theta, unit)
+    for i in range(N):
+        rows.x[i] = view.psi[i]  # the present row may be none of them
     one, last = mode(second.row, 0, N), int(rows.taken[0]) - 1
-    for k in range(last + 1, last + 1 + count):  # the oldest first, and the present one last: view.psi is what it was
+    for k in range(last + 1, last + 1 + count):  # the oldest first
         psi = rows.psi[k % count]
         for i in range(N):
             view.psi[i] = psi[i]
         if rows.square[k % count] <= limit:
             error = rows.y[k % count] - dot(psi, one.theta)
             take(memory, one, P, error, memory.R, view, 0.0, False, True, least)
+    for i in range(N):
+        view.psi[i] = rows.x[i]
     head[AGE], head[STRUCK_SO_FAR] = N + LEARNING, OF_LEFT_OUT * (count - many)
 
 
