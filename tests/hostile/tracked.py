@@ -33,6 +33,7 @@ EACH = 100  # inputs of a process
 BOUND = 8 << 30  # bytes of data that it may hold
 TIMERS = (signal.ITIMER_PROF, trial.SECONDS), (signal.ITIMER_REAL, trial.PATIENCE / 2)
 LATER, READ = 0.002, 0.03  # s between two looks, and until what was taken is read
+ENDED, AGAIN = threading.Event(), 5.0  # that a command has; s until Ctrl-C is pressed again
 PIECES = 13, 200, 60_000  # bytes
 WAYS = {"file": 0.5, "pipe": 0.2, "udp": 0.15, "tcp": 0.15}
 
@@ -125,6 +126,7 @@ def _stop(number, frame):
 
 def _tried(way: str, case: Case, streams: list) -> trial.Outcome:
     """Run one command in this process."""
+    ENDED.clear()
     folder = Path(tempfile.mkdtemp(prefix="hostile-"))
     sender, args = None, list(case.args)
     os.chdir(folder)
@@ -146,6 +148,7 @@ def _tried(way: str, case: Case, streams: list) -> trial.Outcome:
     for timer, seconds in TIMERS:
         signal.setitimer(timer, seconds)
     code = trial._code_of()
+    ENDED.set()
     for timer, _ in TIMERS:
         signal.setitimer(timer, 0.0)
     cpu = time.process_time() - begun
@@ -166,9 +169,14 @@ def _pieces(data: bytes, size: int) -> list[bytes]:
 
 
 def _end() -> None:
-    """Press Ctrl-C, once what was taken is read: a table that is being parsed then is lost."""
+    """Press Ctrl-C, once what was taken is read: a table that is being parsed then is lost.
+
+    And again, if that was before anybody listened for it: on a busy machine the command may not have begun to.
+    """
     time.sleep(READ)
     signal.pthread_kill(threading.main_thread().ident, signal.SIGINT)
+    while not ENDED.wait(AGAIN):
+        signal.pthread_kill(threading.main_thread().ident, signal.SIGINT)
 
 
 def by_tcp(data: bytes, size: int) -> tuple[int, threading.Thread]:
