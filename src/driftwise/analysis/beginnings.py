@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .change_places import LEVEL, colourless, kinds, place, worth
+from .change_places import LEVEL, colourless, kinds, place, under_each_noise, worth
 from .change_search import lines, wave
 from .noise_jumps import LEAST, SURE
 from .onsets import abrupt
@@ -43,7 +43,7 @@ def beside_changes(plain: Response, found: list[Response]) -> list[Response]:
 
     They are looked for under each noise and under a white one: what a noise has taken for its colour is there alone.
     """
-    looks = [look for one in found for look in ((one, colourless(one)) if len(one.f) else (one,))]
+    looks = [look for one in found for look in under_each_noise(one)]
     places = [(place(look, kind, i, least=SURE), kind, i) for look in looks for kind, i in kinds(look)]
     sure = sorted((-where.log_odds, where.at, kind, i) for where, kind, i in places if where is not None)
     taken = list[tuple[int, str, int]]()

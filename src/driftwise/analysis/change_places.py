@@ -359,6 +359,11 @@ def colourless(now: Response) -> Response:
     return now.cache["bare"]
 
 
+def under_each_noise(now: Response) -> tuple[Response, ...]:
+    """Return a response, and the same under white noise where its own has a colour."""
+    return (now, colourless(now)) if len(now.f) else (now,)
+
+
 def levelled(now: Response) -> Response:
     """Return the same with its level fitted anew; as it is where that was known.
 
@@ -368,8 +373,7 @@ def levelled(now: Response) -> Response:
     if bare is now or "levelled" in now.cache:
         return now.cache.get("levelled", now)
     own, more = bare.placed()["columns"].start, bare.more.copy()
-    left = bare.left * bare.sigma[bare.rows]
-    more[own:] += np.linalg.lstsq(bare.beside[:, bare.rows].T, left, rcond=None)[0]
+    more[own:] += np.linalg.lstsq(bare.beside[:, bare.rows].T, bare.unscaled, rcond=None)[0]
     cache = {name: value for name, value in now.of_mean().items() if name != "mean"}
     other = sized(replace(bare, more=more, sigma=np.ones(len(now.used)), cache=cache))
     now.cache["levelled"] = other if other.sigma[0] < KNOWN * bare.sigma[0] else bare

@@ -8,10 +8,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .noise_jumps import CUT, NoiseJump, noises
+from .noise_jumps import NoiseJump, cut, noises
 from .response import Response
-from .response_record import local_size, long_run
+from .response_record import long_run
 from .seasonal_noise import REST, in_season, of_season
+from .seasons import held
 
 POWERS = 1.0, 0.5  # of the level: a share of it, as of prices, or the root of it, as of counts
 WIDTH = 25  # samples either side, that a level is the mean of: that of the season, or that of the sample
@@ -37,26 +38,23 @@ def growth(now: Response, middle: float, seasons: tuple[int, ...] = ()) -> tuple
     ten times as likely as all jumps that constant noise would need. Only what stays above zero has such a level.
     Noise may come and go with one of ``seasons`` instead, in samples: then it does not grow, and jumps beside that.
     """
-    jumps, r = noises(now), now.left * now.sigma[now.rows]
+    jumps, r = noises(now), now.unscaled
     if not jumps:
         return STEADY, jumps
-    limit = CUT * local_size(r, now.record.floor)
-    near = np.clip(r, -limit, limit)
-    shapes = [*_of_level(now, middle), *((0.0, shape) for s in seasons if (shape := of_season(now, s)) is not None)]
+    near, level = cut(r, now.record.floor), now.record.y[now.rows] - r + middle
+    shapes = [*_of_level(now, level, middle), *((0.0, of_season(now, s)) for s in held(seasons, len(now.used)))]
     gained, power, shape = max(((_gain(near, of), power, of) for power, of in shapes), key=itemgetter(0), default=NONE)
     if gained - math.log(max(len(shapes), 1)) < sum(jump.log_odds for jump in jumps) + LIKELIER:
         return STEADY, jumps
     usual = float(np.median(shape[shape > 0]))
     if not power:
         return STEADY, noises(now, in_season(r, shape / usual))
-    level = now.record.y[now.rows] - r + middle
     share = 1.4826 * float(np.median(abs(near) / shape)) * usual / float(np.median(level))
     return Growth(power, share), noises(now, r / (shape / usual))
 
 
-def _of_level(now: Response, middle: float) -> list[tuple[float, np.ndarray]]:
+def _of_level(now: Response, level, middle: float) -> list[tuple[float, np.ndarray]]:
     """Return powers of the level, and of its mean over the samples around, beside the power."""
-    level = now.record.y[now.rows] - now.left * now.sigma[now.rows] + middle
     low, high = np.quantile(level, [0.05, 0.95])
     if not low > 0 or np.nanmin(now.record.y + middle) < 0 or high < RANGE * low:
         return []

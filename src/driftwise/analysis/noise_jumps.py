@@ -30,7 +30,7 @@ class NoiseJump(NamedTuple):
 
 def noises(now: Response, left: np.ndarray | None = None) -> list[NoiseJump]:
     """Return the jumps of the noise that is left, or of ``left`` at the rows in another unit, NaN where it is none."""
-    r = now.left * now.sigma[now.rows] if left is None else left
+    r = now.unscaled if left is None else left
     r, rows = r[np.isfinite(r)], now.rows[np.isfinite(r)]
     least = min(LEAST, len(r) // EDGE)
     found: list[NoiseJump] = []
@@ -59,7 +59,7 @@ def noisy(now: Response) -> Response:
     if not jumps and np.ptp(now.sigma) < 1e-12:
         return now
     ends = [0, *(jump.at for jump in jumps), T]
-    r = now.left * now.sigma[now.rows]
+    r = now.unscaled
     for a, b in pairwise(ends):
         inside = abs(r[(now.rows >= a) & (now.rows < b)])
         most = HUBER * 1.4826 * float(np.median(inside))
@@ -67,10 +67,15 @@ def noisy(now: Response) -> Response:
     return replace(now, sigma=np.maximum(shape, now.record.floor), cache=now.of_mean()).settled(1)
 
 
+def cut(r: np.ndarray, floor: float) -> np.ndarray:
+    """Return what is left with what stands out of its surroundings cut off."""
+    limit = CUT * local_size(r, floor)
+    return np.clip(r, -limit, limit)
+
+
 def _noise(r, margin: int, floor: float) -> tuple[float, int, tuple[int, int]]:
     """Return log odds, place and interval of another variance; what stands out of its surroundings is cut off."""
-    limit = CUT * local_size(r, floor)
-    r = np.clip(r, -limit, limit)
+    r = cut(r, floor)
     n, k = len(r), np.arange(1, len(r))
     total = np.cumsum(r**2)
     first, second = total[:-1] / k, (total[-1] - total[:-1]) / (n - k)

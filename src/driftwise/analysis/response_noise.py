@@ -119,6 +119,11 @@ class Whitened(Mean):
         return self.cache["left"]
 
     @property
+    def unscaled(self) -> np.ndarray:
+        """The same, white, in the units of the record."""
+        return self.left * self.sigma[self.rows]
+
+    @property
     def weight(self) -> np.ndarray:
         """Huber's, as roots."""
         if "weight" not in self.cache:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .change_places import colourless, worth
+from .change_places import under_each_noise, worth
 from .noise_jumps import SURE
 from .response import Response
 
@@ -25,7 +25,7 @@ def beside_seasons(plain: Response, found: Response, seasons) -> list[Response]:
 
 def with_likeliest(found: Response, choices) -> Response:
     """Return a response with the surest of some sets of columns, where one is sure."""
-    looks = [look.with_columns(columns) for columns in choices for look in beside_noise(found)]
+    looks = [look.with_columns(columns) for columns in choices for look in under_each_noise(found)]
     best = max(looks, key=lambda one: _worth(one, found))
     return best.settled(1) if _worth(best, found) > SURE else found
 
@@ -33,11 +33,6 @@ def with_likeliest(found: Response, choices) -> Response:
 def swelling(T: int) -> np.ndarray:
     """Return by what a season is larger later, (T,): a straight line."""
     return np.arange(T) / T - 0.5
-
-
-def beside_noise(found: Response) -> tuple[Response, ...]:
-    """Return a response, and the same under white noise where its own has a colour."""
-    return (found, colourless(found)) if len(found.f) else (found,)
 
 
 def _worth(one: Response, found: Response) -> float:

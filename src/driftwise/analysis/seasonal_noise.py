@@ -6,27 +6,21 @@ import math
 
 import numpy as np
 
-from .noise_jumps import CUT
+from .noise_jumps import cut
 from .response import Response
-from .response_record import local_size
 
-SEEN = 3  # seasons that a record must hold
 NEAR = 24  # part of a season over which its noise is smoothed
 REST = 1e-3  # of the loudest hour, below which a plant is at rest
 
 
-def of_season(now: Response, season: int) -> np.ndarray | None:
+def of_season(now: Response, season: int) -> np.ndarray:
     """Return the deviation of what is left at each row as the other seasons have it at that hour; 0 where they rest.
 
-    None where there are too few seasons. What a sample did itself takes no part in what is expected of it.
+    What a sample did itself takes no part in what is expected of it.
     """
     n = -(-len(now.used) // season)
-    if len(now.used) < SEEN * season:
-        return None
     squares, counts = np.zeros((2, n * season))
-    r = now.left * now.sigma[now.rows]
-    limit = CUT * local_size(r, now.record.floor)
-    squares[now.rows], counts[now.rows] = np.clip(r, -limit, limit) ** 2, 1.0
+    squares[now.rows], counts[now.rows] = cut(now.unscaled, now.record.floor) ** 2, 1.0
     near = np.ones(2 * (season // NEAR) + 1)
     total, many = (np.convolve(x, near, "same").reshape(n, season) for x in (squares, counts))
     total, many = total.sum(axis=0) - total, many.sum(axis=0) - many
