@@ -13,7 +13,7 @@ from .change_search import searched
 from .driven_noise import are_missed, beside_moves, by_moves
 from .growing_noise import Growth, growth
 from .lost_inputs import completed
-from .noise_jumps import LEAST, SURE
+from .noise_jumps import LEAST, SURE, NoiseJump
 from .pairs import changes, together
 from .response import Response
 from .response_covariance import covariance, without_end
@@ -70,7 +70,15 @@ class Hindsight(NamedTuple):
 
     def growth(self) -> Growth:
         """Return how the noise grows with the level."""
-        return growth(self.response, self.y_middle / self.y_scale, self.seasons)[0]
+        return self._noise[0]
+
+    @property
+    def _noise(self) -> tuple[Growth, list[NoiseJump]]:
+        """How the noise grows, and its jumps beside that: worked out once."""
+        cache = self.response.cache
+        if "growth" not in cache:
+            cache["growth"] = growth(self.response, self.y_middle / self.y_scale, self.seasons)
+        return cache["growth"]
 
     def jumps(self) -> list[Jump]:
         """Return what jumped, in order of time."""
@@ -92,7 +100,7 @@ class Hindsight(NamedTuple):
             if where.log_odds > TOLD[GAIN] and is_sudden(now, "gains", j, where):
                 told = Jump(where.middle, where.interval, where.log_odds, GAIN, i, before, after)
                 found.append(told.as_factor() if endless[i] else told)
-        for jump in growth(now, self.y_middle / self.y_scale, self.seasons)[1]:
+        for jump in self._noise[1]:
             sizes = jump.before * self.y_scale, jump.after * self.y_scale
             found.append(Jump(jump.at, jump.interval, jump.log_odds, NOISE, 0, *sizes))
         seen = np.flatnonzero(np.isfinite(now.record.y))
