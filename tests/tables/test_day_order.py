@@ -47,3 +47,12 @@ def test_where_no_date_decides_it_is_told(tmp_path):
     assert "Dates are read with the day first: no date of the table tells days from months." in table.notes
     table, _ = read_back(tmp_path, moments, "%Y-%m-%d %H:%M")
     assert not any("no date of the table" in note for note in table.notes)
+
+
+@pytest.mark.parametrize("form", ["%m.%d.%Y", "%d.%m.%Y", "%m.%d.%y %H:%M"])
+def test_dates_with_dots_begin_with_the_day_unless_one_exceeds_twelve(tmp_path, form):
+    days = [datetime(2020, 2, 8) + timedelta(days=k) for k in range(60)]
+    table, origin = read_back(tmp_path, days, form)
+    assert origin == "2020-02-08T00:00:00" and table.dt == 86_400.0
+    table, origin = read_back(tmp_path, days[:4], "%d.%m.%Y")
+    assert origin == "2020-02-08T00:00:00" and not any("no date of the table" in note for note in table.notes)

@@ -39,7 +39,7 @@ PERIODS = (
 )  # fmt: skip
 _WITH_TIME = rf"{COMPACT}[ T_-]\d\d:?\d\d(:?\d\d)?Z?"
 STAMP = re.compile(rf"(({'|'.join(DATES)})({TIME})?|{'|'.join(PERIODS)}|{_WITH_TIME})$", re.I)
-SLASHED = re.compile(r"(\d\d?)[/ -](\d\d?)[/ -](\d{4}|\d\d)(?!\d)")
+ORDERED = re.compile(r"(\d\d?)[/ .-](\d\d?)[/ .-](\d{4}|\d\d)(?!\d)")  # by day or month first
 REGULAR = 0.9  # share of the steps that are alike, where months are dates
 _MONTH = re.compile(r"(1[5-9]|20)\d\d(0[1-9]|1[0-2])$")
 _DIGITS = re.compile(rf"{COMPACT}(([01]\d|2[0-3])([0-5]\d){{0,2}})?$")
@@ -118,8 +118,8 @@ def iso(cells, day_first: bool):
     change(_PLAIN)
     change(
         [
-            (r"^(\d\d?)[/ -](\d\d?)[/ -](\d{4})", rf"\3-\{month}-\{day}"),
-            (r"^(\d\d?)[/](\d\d?)[/](\d\d)( |$)", rf"20\3-\{month}-\{day}\4"),
+            (r"^(\d\d?)[/ .-](\d\d?)[/ .-](\d{4})", rf"\3-\{month}-\{day}"),
+            (r"^(\d\d?)[/.](\d\d?)[/.](\d\d)([ :]|$)", rf"20\3-\{month}-\{day}\4"),
             (r"^(\d{4})-(\d)-", r"\1-0\2-"),
             (r"^(\d{4}-\d\d)-(\d)([^\d]|$)", r"\1-0\2\3"),
             (r"^(\d{4}-\d\d-\d\d)[ T:]+(\d):", r"\1 0\2:"),
@@ -158,8 +158,6 @@ _PLAIN = [
     (r"^(\d{4})[/. ](\d+)[/. ](\d+)", r"\1-\2-\3"),
     (r"^(\d{4})[-/](\d\d)$", r"\1-\2-01"),
     (r"^(\d{1,2})/(\d{4})$", r"\2-\1-01"),
-    (r"^(\d+)\.(\d+)\.(\d\d)([ :]|$)", r"20\3-\2-\1\4"),
-    (r"^(\d+)\.(\d+)\.(\d{4})", r"\3-\2-\1"),
 ]
 _HALVES = [
     (r"\.?\s*([AaPp])\.?[Mm]\.?$", r" \1M"),

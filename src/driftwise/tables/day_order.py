@@ -1,4 +1,4 @@
-"""Whether dates with slashes begin with the day or with the month."""
+"""Whether dates such as 1/2/2024 begin with the day or with the month."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from datetime import date
 from itertools import pairwise
 from statistics import median
 
-from .dates import SLASHED
+from .dates import ORDERED
 
 ALIKE = 0.1  # of the usual step, by which another may differ: months have 28 to 31 days
 
@@ -14,22 +14,27 @@ ALIKE = 0.1  # of the usual step, by which another may differ: months have 28 to
 def day_order(rows: list[list[str]], later: list[list[str]]) -> tuple[bool, bool]:
     """Return whether the day stands first in dates such as 1/2/2024, and whether anything says so.
 
-    What exceeds 12 is the day, in any of the cells. Where nothing does, ``rows``, which follow each other, are as far
-    apart from each other by the right reading as they can be alike: it never goes back, and steps as usual. Of two
-    readings that are alike what changes more often is the day; else those with am and pm are American.
+    What exceeds 12 is the day, in any of the cells. Where nothing does, dates with dots begin with it, and others of
+    ``rows``, which follow each other, are as far apart from each other by the right reading as they can be alike: it
+    never goes back, and steps as usual. Of two readings that are alike what changes more often is the day; else those
+    with am and pm are American.
 
     >>> day_order([[f"01/{month:02d}/{year}"] for year in (2020, 2021) for month in range(1, 13)], [])
     (True, True)
     >>> day_order([["02/01/2020"], ["02/02/2020"]], [["02/13/2020"]]), day_order([["02/01/2020 10:00"]], [])
     ((False, True), (True, False))
+    >>> day_order([["01.02.2020"], ["01.03.2020"]], []), day_order([["01.02.2020"], ["01.03.2020"]], [["01.13.2020"]])
+    ((True, True), (False, True))
     """
-    cells = [cell for row in (*rows, *later) for cell in row if SLASHED.match(cell)]
-    dates = [match.groups() for cell in cells if (match := SLASHED.match(cell))]
+    cells = [cell for row in (*rows, *later) for cell in row if ORDERED.match(cell)]
+    dates = [match.groups() for cell in cells if (match := ORDERED.match(cell))]
     first, second = ({int(date[j]) for date in dates} for j in (0, 1))
     if max(first | {0}) > 12 or max(second | {0}) > 12:
         return max(first) > 12, True
-    column = next((j for row in rows for j, cell in enumerate(row) if SLASHED.match(cell)), 0)
-    said = [row[column] for row in rows if column < len(row) and SLASHED.match(row[column])]
+    if all("." in cell.split()[0] for cell in cells):
+        return True, True
+    column = next((j for row in rows for j, cell in enumerate(row) if ORDERED.match(cell)), 0)
+    said = [row[column] for row in rows if column < len(row) and ORDERED.match(row[column])]
     by_day, by_month = (_alike(said, day_first) for day_first in (True, False))
     if by_day != by_month:
         return by_day > by_month, True
@@ -45,7 +50,7 @@ def _alike(cells: list[str], day_first: bool) -> tuple[int, float]:
     Those to the same date are none.
     """
     days = []
-    for match in filter(None, map(SLASHED.match, cells)):
+    for match in filter(None, map(ORDERED.match, cells)):
         a, b, year = (int(part) for part in match.groups())
         try:
             days.append(date(year + 2000 * (year < 100), *((b, a) if day_first else (a, b))).toordinal())
