@@ -1,4 +1,4 @@
-"""The question that `driftwise run` asks where the columns of a table can be read in more than one way."""
+"""The question that a command asks where the columns of a table can be read in more than one way."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ KEPT = ("time", "dt", "save", "report", "json")
 
 def command(reading: Any, job: Any) -> str:
     """Return the command that takes one reading, ready to be run."""
-    words = ["driftwise", "run", job.file, "-o", reading.output]
+    words = ["driftwise", *job.called, "-o", reading.output]
     for name in reading.inputs:
         words += ["-i", name]
     for option in (*job.changed, *(f"--{field}" for field in KEPT)):
@@ -23,6 +23,16 @@ def command(reading: Any, job: Any) -> str:
         if value is not None:
             words += [option] if value is True else [option, f"{value:g}" if isinstance(value, float) else str(value)]
     return shlex.join(words)
+
+
+def recognised(job: Any, output: str | None, inputs: tuple[str, ...] | None) -> tuple[Any, Any]:
+    """Return the `Table` of a job's file and its segments, those columns recognised that are None; it may ask."""
+    from driftwise.analysis.directions import read_settled
+
+    table, segments = read_settled(job.file, output, inputs, job.time, job.chunk, dt=job.dt)
+    if table.is_ambiguous and not job.take_best:
+        ask(table, job)
+    return table, segments
 
 
 def ask(table: Any, job: Any) -> NoReturn:

@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 from typing import Any
 
-from driftwise.cli.asking import ask
+from driftwise.cli.asking import recognised
 from driftwise.cli.job import BETWEEN, RecordJob, reading, undivided
 from driftwise.cli.run_options import RunOptions
 from driftwise.cli.saving import Saver
@@ -36,7 +36,6 @@ class AutomaticJob(RunOptions, RecordJob):
 
     def estimate(self) -> None:
         """Identify the table."""
-        from driftwise.analysis.directions import read_settled
         from driftwise.analysis.identification import Finder, all_columns
         from driftwise.cli.downsample import PairDownsampler
         from driftwise.report.advice_translation import spoken_verdicts
@@ -45,9 +44,7 @@ class AutomaticJob(RunOptions, RecordJob):
 
         output = self.output[0] if self.output else None
         inputs = None if self.input is None else self.inputs
-        table, segments = read_settled(self.file, output, inputs, self.time, self.chunk, dt=self.dt)
-        if table.is_ambiguous and not self.take_best:
-            ask(table, self)
+        table, segments = recognised(self, output, inputs)
         finder = Finder(table, segments.origin, self.seasons)
         with Saver(self.save) as saver, reading(segments.table.source, "identifying") as advance:
             try:

@@ -8,10 +8,12 @@ from typing import Annotated, Any
 import typer
 
 from driftwise.cli import specs
+from driftwise.cli.asking import recognised
 from driftwise.cli.job import RecordJob
-from driftwise.cli.options import Chunk, From, Inputs, Json, Page, TableFile, To, time_option
+from driftwise.cli.options import Chunk, From, Inputs, Json, Page, TableFile, TakeBest, To, time_option
 from driftwise.engine.errors import CommandError, InputError
 from driftwise.results.numbers import number
+from driftwise.tables.source import is_stream
 
 
 @dataclass
@@ -19,9 +21,10 @@ class CompareJob(RecordJob):
     """Compare estimators on a recorded table: who predicts the next sample best, and is sure of it?
 
     All see the same samples once, and are scored on the same ones: one-step fit, log predictive density (the order of
-    the table), calibration, alarms and cost.
+    the table), calibration, alarms and cost. Columns that are not named are recognised, as `driftwise run` does.
 
-    Example: driftwise compare plant.csv arx:2,2,1 arx:2,2,1@exponential:0.995 joint:2 last -o temperature -i heater
+    Examples: driftwise compare plant.csv arx:2,2,1 last;
+    driftwise compare plant.csv arx:2,2,1 arx:2,2,1@exponential:0.995 joint:2 last -o temperature -i heater
     """
 
     file: TableFile
@@ -34,14 +37,18 @@ class CompareJob(RecordJob):
             "last (the last value), mean (so far), or average (of the others).",
         ),
     ]
-    output: Annotated[str, typer.Option("--output", "-o", metavar="COLUMN", help="Column of the measured output.")]
+    output: Annotated[
+        str | None, typer.Option("--output", "-o", metavar="COLUMN", help="Column of the measured output.")
+    ] = None
     input: Inputs = None
     time: Annotated[str | None, time_option(": numbers, or ISO 8601 stamps.")] = None
     start: From = None
     stop: To = None
+    take_best: TakeBest = False
     report: Page = None
     json: Json = None
     chunk: Chunk = 65_536
+    changed = ()  # options of a model that a question repeats
 
     def __post_init__(self):
         self.found: Any = None
@@ -51,17 +58,32 @@ class CompareJob(RecordJob):
     def check(self) -> None:
         """Refuse files and SPECs before the table is read."""
         super().check()
+        if self.output is None and not self.is_open:
+            raise CommandError("of a stream, read once, which column is the output? Say --output.")
         try:
-            specs.estimators(self.spec, self.inputs, 1.0)
+            specs.estimators(self.spec, self.inputs or ("u",) * self.is_open, 1.0)
         except InputError as error:
             raise CommandError(str(error)) from None
+
+    @property
+    def is_open(self) -> bool:
+        """Whether columns are to be recognised."""
+        return self.output is None and not is_stream(self.file)
+
+    @property
+    def called(self) -> tuple[str, ...]:
+        return "compare", self.file, *self.spec
 
     def estimate(self) -> None:
         """Run all estimators over the table."""
         from driftwise.analysis.comparison import Comparison
         from driftwise.cli.downsample import Offsets
 
-        self.open(self.output)
+        if self.is_open:
+            table, _ = recognised(self, None, None if self.input is None else self.inputs)
+            self.output, self.input, self.time = table.output, list(table.inputs), table.time
+            self.notes = [table.words]
+        self.open(str(self.output))
         for chunk in self.chunks("comparing"):
             if self.found is None:
                 self.offsets = Offsets.of(chunk, self.record)
@@ -83,7 +105,7 @@ class CompareJob(RecordJob):
         if values:
             means = ", ".join(f"{name} {number(value)}" for name, value in values.items())
             said.append(f"means of the first chunk were subtracted, for all alike: {means}.")
-        self.notes = [*said, *record.clock.notes()]
+        self.notes += [*said, *record.clock.notes()]
 
     @property
     def facts(self) -> list[str]:

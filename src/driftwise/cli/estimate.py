@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 from driftwise.cli import specs
+from driftwise.cli.asking import recognised
 from driftwise.cli.job import RecordJob, undivided
 from driftwise.cli.run_options import AUTO, USUAL, RunOptions
 from driftwise.cli.saving import Saver
@@ -114,15 +115,10 @@ class EstimateJob(RunOptions, RecordJob):
 
     def _recognise(self) -> None:
         """Name the columns that were not named."""
-        from driftwise.analysis.directions import read_settled
-        from driftwise.cli.asking import ask
-
         output, inputs = self.output[0] if self.output else None, None if self.input is None else self.inputs
         if self.model is not None and self.model.startswith(specs.ALONE):
             inputs = ()
-        table, _ = read_settled(self.file, output, inputs, self.time, self.chunk, dt=self.dt)
-        if table.is_ambiguous and not self.take_best:
-            ask(table, self)
+        table, _ = recognised(self, output, inputs)
         self.table, self.output, self.input = table, [table.output], list(table.inputs)
         if self.dt is None:
             self.time = table.time

@@ -27,6 +27,14 @@ To = Annotated[
 ]
 Json = Annotated[str | None, typer.Option(metavar="FILE", help="Write the results as JSON; - for standard output.")]
 Chunk = Annotated[int, typer.Option(help="Rows held in memory at a time.", min=1, hidden=True)]
+TakeBest = Annotated[
+    bool,
+    typer.Option(
+        "--take-best",
+        metavar="",
+        help="Where the columns can be read in two ways, take the likelier one instead of asking (exit code 3).",
+    ),
+]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", metavar="", help="Print nothing but errors.")]
 Page = Annotated[str | None, typer.Option(metavar="FILE", help="Write a self-contained HTML page.")]
 

@@ -11,7 +11,7 @@ import typer
 from driftwise import analysis, detect, models
 from driftwise import estimators as families
 from driftwise.cli import specs
-from driftwise.cli.options import Chunk, From, Inputs, Json, TableFile, To, time_option
+from driftwise.cli.options import Chunk, From, Inputs, Json, TableFile, TakeBest, To, time_option
 from driftwise.engine.bounds import whole
 from driftwise.engine.errors import CommandError, InputError
 
@@ -144,14 +144,7 @@ class RunOptions:
             "--raw", metavar="", help="Take codes for a missing value, such as -9999, as they stand: they are values."
         ),
     ] = False
-    take_best: Annotated[
-        bool,
-        typer.Option(
-            "--take-best",
-            metavar="",
-            help="Where the columns can be read in two ways, take the likelier one instead of asking (exit code 3).",
-        ),
-    ] = False
+    take_best: TakeBest = False
     dt: Annotated[
         float | None,
         typer.Option(metavar="SECONDS", help="Seconds between samples; taken from --time if omitted, else 1."),
@@ -196,6 +189,11 @@ class RunOptions:
     def center(self) -> str:
         """What of the first chunk is subtracted: mean, median or none; an estimated constant counts from the mean."""
         return "mean" if self.is_estimated else self.offset
+
+    @property
+    def called(self) -> tuple[str, ...]:
+        """What was called, in words, without its options."""
+        return "run", self.file
 
     def need_output(self) -> None:
         """Refuse what is said of a model without an output."""
