@@ -91,8 +91,11 @@ def read_json(path: Path):
         raise InputError(f"{path} cannot be read: {error}. Is DRIFTWISE_DATA the folder of recordings?") from None
 
 
-def boats(where: Path):
-    """Yield marine radar plots: of each scan the one nearest to where GNSS puts the boat."""
+def boats(where: Path, twice: bool = True):
+    """Yield marine radar plots: of each scan the one nearest to where GNSS puts the boat.
+
+    Two boats near each other may be given the same plot; if not ``twice``, the nearer one alone is.
+    """
     for path in sorted((where / "autoferry").glob("*_detections.json")):
         truths = read_json(path.with_name(path.name.replace("detections", "groundTruth")))
         plots: dict[int, list] = {}
@@ -101,10 +104,12 @@ def boats(where: Path):
             if found.size < 2:
                 continue
             found = found.reshape(2, -1).T + scan["ownshipPosition"]
-            for target in targets if isinstance(targets, list) else [targets]:
-                off = np.hypot(*(found - target["position"][:2]).T)
-                if off.min() <= NEAR:
-                    plots.setdefault(target["targetID"], []).append((scan["time"], *found[off.argmin()][::-1]))
+            targets = targets if isinstance(targets, list) else [targets]
+            off = np.array([np.hypot(*(found - target["position"][:2]).T) for target in targets])  # (boats, plots)
+            for target, own in zip(targets, off):
+                which = own.argmin()
+                if own[which] <= NEAR and (twice or own[which] == off[:, which].min()):
+                    plots.setdefault(target["targetID"], []).append((scan["time"], *found[which][::-1]))
         for target, rows in sorted(plots.items()):
             table = np.array(rows)
             yield f"{path.name.split('_')[0]}, boat {target}", *moving(table[:, 0], table[:, 1:])

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 import tempfile
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -15,13 +16,15 @@ import driftwise as dw
 from driftwise.tracking.frames import east_north
 
 from ..papers import fixed_filters as filters
-from ..papers.recordings import MARINE, Kind, folder, series
+from ..papers.recordings import MARINE, Kind, boats, folder, series
 from . import records
-from .board import _scored
+from .board import SKIP, _scored
+from .motions.field import MOST_NIS
 from .ours import tracked
 from .tracks import frames, reports
 
 AIS = "SolentAIS_even.csv"
+BOATS = "marine radar, scenarios 17 and 22"
 LONG = 30  # plots of a track that is judged alone
 RESTS = 0.01  # m: the best fixed filter errs by less where nothing moves, and no ratio says anything
 
@@ -41,7 +44,8 @@ def ships(where: Path):
 
 
 SETS = {
-    "marine radar, scenarios 17 and 22": MARINE,
+    BOATS: MARINE,
+    "the same, each plot one boat's at most": MARINE._replace(tracks=partial(boats, twice=False)),
     "calibration flight 5 s": Kind(reports("calibration__munich*"), 400, 30, 250),
     "landing, ADS-B raw 0.5 s": Kind(frames(), 400, 60, 250),
     "landing, ADS-B raw at 4 s": Kind(frames(4.0), 400, 60, 250),
@@ -66,6 +70,21 @@ def row(name: str, where: Path) -> list[str]:
         f"{np.sum(ratio <= 1.1)}", f"{np.sum(ratio > 1.25)}", f"{np.median(ours[1]):.2f}", f"{ours[1].max():.2f}",
         f"{np.median(ours[2]):.1f}",
     ]  # fmt: skip
+
+
+def farthest(name: str, where: Path) -> list[str]:
+    """Return of each series whose mean NIS is above 3 what it is without its farthest plot."""
+    found, lines = series(SETS[name], where), []
+    for pair in zip(found[::2], found[1::2]):
+        for one, mine in zip(pair, tracked(*pair, SETS[name].v0)):
+            z2 = ((one.y - mine.prediction) ** 2 / mine.variance)[SKIP:]
+            if z2.mean() > MOST_NIS:
+                rest = np.mean(np.delete(z2, z2.argmax()))
+                lines.append(
+                    f"{one.name}: NIS {z2.mean():.2f} of {len(z2)} plots, without the farthest {rest:.2f} (which has "
+                    f"{z2.max():.0f}); 3 with forecasts of {z2.mean() / MOST_NIS:.1f} times the variance"
+                )
+    return lines
 
 
 def whole(where: Path) -> list[str]:
@@ -98,6 +117,7 @@ def main() -> None:
             os.symlink(here, Path(there) / kind)
         for name in SETS:
             print("| " + " | ".join(row(name, Path(there))) + " |", flush=True)
+        print("\n" + "\n".join(line for name in SETS for line in farthest(name, Path(there))))
     print("\n" + "\n".join(whole(here)))
 
 
