@@ -32,6 +32,7 @@ def recognised(job: Any, output: str | None, inputs: tuple[str, ...] | None) -> 
     table, segments = read_settled(job.file, output, inputs, job.time, job.chunk, dt=job.dt)
     if table.is_ambiguous and not job.take_best:
         ask(table, job)
+    job.is_recognised = True
     return table, segments
 
 

@@ -82,7 +82,7 @@ class CompareJob(RecordJob):
         if self.is_open:
             table, _ = recognised(self, None, None if self.input is None else self.inputs)
             self.output, self.input, self.time = table.output, list(table.inputs), table.time
-            self.notes = [table.words]
+            self.notes = [table.words, *table.notes]
         self.open(str(self.output))
         for chunk in self.chunks("comparing"):
             if self.found is None:

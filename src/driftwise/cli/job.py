@@ -162,6 +162,7 @@ class RecordJob(TableJob):
     raw: bool = False
     chunk: int = 65_536
     record: Any = None
+    is_recognised = False  # whether columns were, and rows are read as it was done for that
 
     @property
     def inputs(self) -> tuple[str, ...]:
@@ -174,12 +175,16 @@ class RecordJob(TableJob):
 
     def open(self, output: str, *more: str, find_clock: bool = True) -> Any:
         """Return the record; a clock that was not named may be looked for."""
+        from driftwise.tables.autoread import read
         from driftwise.tables.record import open_record
         from driftwise.tables.source import is_stream
 
-        look = LOOK if find_clock and not self.has_clock and not is_stream(self.file) else 0
-        columns = (*more, *self.inputs)
-        self.record = open_record(self.file, output, columns, self.time, self.chunk, self.raw, look)
+        columns, source, look = (*more, *self.inputs), None, 0
+        if self.is_recognised:
+            source = read(self.file, output, columns, self.time, self.chunk)[1].source()
+        elif find_clock and not self.has_clock and not is_stream(self.file):
+            look = LOOK
+        self.record = open_record(self.file, output, columns, self.time, self.chunk, self.raw, look, source)
         return self.record
 
     def chunks(self, doing: str) -> Iterator[Any]:

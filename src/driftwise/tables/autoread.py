@@ -7,6 +7,7 @@ from typing import Any
 
 from driftwise.engine.errors import InputError
 from driftwise.tables.chunks import CHUNK_ROWS
+from driftwise.tables.source import Source
 from driftwise.tables.table import HEAD_ROWS, OpenTable, open_table
 
 SHARED = 0.2  # of the rows, that have the stamp of the one before, from which on rows may be of several recordings
@@ -42,6 +43,10 @@ class Segments:
     @property
     def cleaned(self) -> dict[str, int]:
         return dict(zip(self.signals, self._cleaner.cleaned.tolist(), strict=True))
+
+    def source(self) -> AsRead:
+        """Return the rows as they are read, not yet on a clock; instead of the segments."""
+        return AsRead(self.table, self.found)
 
     def losses(self) -> list[str]:
         """Return which cells and rows could not be read so far, a sentence each."""
@@ -94,6 +99,30 @@ class Segments:
         time, values, self.rows = segment
         if len(time):
             yield time, values[:, 0].copy(), values[:, 1:].copy()
+
+
+class AsRead(Source):
+    """The rows of a recognised table in the order that it is read in, its clock one column of stamps, or of seconds."""
+
+    def __init__(self, table: OpenTable, found: Any):
+        super().__init__()
+        whole = table.source
+        self.table, self.clock, self.count = table, found.time, found.count
+        self.title, self.names, self.units = table.title, whole.names, whole.units
+        self.decimal, self.day_first, self.size = whole.decimal, whole.day_first, whole.size
+
+    def _read(self, columns):
+        for arrays, ragged in self.table.as_read(columns, self.clock):
+            self.position, self.ragged = self.table.source.position, self.table.source.ragged
+            yield [self._timed(a) if n == self.clock else a for n, a in zip(columns, arrays)], ragged
+
+    def _timed(self, array):
+        """Return the stamps of a clock, or its seconds where they have no date."""
+        import pyarrow as pa
+
+        time = self.count.time(array.to_numpy(zero_copy_only=False))
+        stamps = self.table.moments(self.clock, time, self.count.origin)
+        return pa.array(time if stamps is None else stamps)
 
 
 def gathered(segments, rows: int = CHUNK_ROWS):

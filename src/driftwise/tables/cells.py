@@ -18,7 +18,8 @@ ON, OFF = {"on", "true", "yes", "ein", "an", "ja", "wahr"}, {"off", "false", "no
 
 _GROUPED = r"^[+-]?[1-9]\d{0,2}(\.\d{3})+(,\d*)?$"  # 1.234,5 with thousands dots
 _NUMBER = r"^[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?$"
-_CLOCK = r"^(\d+ days?,? )?\d{1,2}:\d\d(:\d\d([.,]\d+)?)?$"  # of the day, or since a beginning
+_CLOCK = r"^(\d+ days?,? )?\d{1,5}:\d\d(:\d\d([.,]\d+)?|[.,]\d+)?$"  # of the day, or since a beginning
+_MINUTES = re.compile(r"(?<![a-z:])m+(in)?:s+(ec)?(?![a-z:])", re.I)  # said of 75:30
 
 
 def numbers(column, decimal: str = "."):
@@ -290,8 +291,8 @@ def converted(column, kind: str, decimal: str = ".", day_first: bool = True):
     if kind == "stamp":
         values, bad, is_stamp = seconds(column, decimal, day_first)
         return values if is_stamp else np.full(len(values), NAT), bad
-    if kind == "time of day":
-        return of_day(column)[0], np.zeros(len(column), bool)
+    if kind in ("time of day", "minutes and seconds"):
+        return of_day(column, kind == "minutes and seconds")[0], np.zeros(len(column), bool)
     return switched(column) if kind == "switch" else numbers(column, decimal)
 
 
@@ -347,10 +348,11 @@ def instants(column, decimal: str = ".", day_first: bool = True, are_stamps: boo
     return found, bad, is_stamp
 
 
-def of_day(column):
+def of_day(column, are_minutes: bool = False):
     """Return (seconds since midnight, NaN where missing or no time of day; how many cells are one).
 
-    Time since a beginning is counted as a data frame writes it, days before hours.
+    Time since a beginning is counted as a data frame writes it, days before hours; 26:53.1 is minutes and seconds, and
+    26:53 is if ``are_minutes``.
 
     >>> import pyarrow as pa
     >>> of_day(pa.array(["13:45", "0 days 00:00:01.5", "1 day, 0:00:02", "noon"]))
@@ -371,10 +373,28 @@ def of_day(column):
     good = pc.fill_null(pc.match_substring_regex(cells, _CLOCK), False)
     cells = pc.if_else(good, pc.replace_substring(cells, ",", "."), pa.scalar(None, pa.string()))
     cells = pc.replace_substring_regex(cells, r"^(\d+:)", r"0 \1")
-    cells = pc.replace_substring_regex(cells, r"^(\d+)[a-z, ]+(\d+:\d\d)$", r"\1 \2:00")
+    cells = pc.replace_substring_regex(cells, r"^(\d+)[a-z, ]+(\d+:\d\d\.\d+)$", r"\1 0:\2")
+    whole = r"\1 0:\2" if are_minutes else r"\1 \2:00"
+    cells = pc.replace_substring_regex(cells, r"^(\d+)[a-z, ]+(\d+:\d\d)$", whole)
     total = np.zeros(len(column))
     parts = (r"^(\d+) .*$", 86400.0), (r"^.* (\d+):.*$", 3600.0), (r"^.* \d+:(\d+):.*$", 60.0), (r"^.*:([\d.]+)$", 1.0)
     for part, unit in parts:
         number = pc.replace_substring_regex(cells, part, r"\1").cast(pa.float64())
         total += unit * plain(number)
     return total, int(pc.sum(good).as_py() or 0)
+
+
+def are_minutes(column, said: str) -> bool:
+    """Whether times of two parts are minutes and seconds: 26:53.1, or by name and unit, or as no day has as many hours.
+
+    >>> import pyarrow as pa
+    >>> [are_minutes(pa.array([cell]), said) for cell, said in (("23:59", "t"), ("23:59", "t mm:ss"), ("75:30", ""))]
+    [False, True, True]
+    """
+    import pyarrow.compute as pc
+
+    cells = trimmed(column).drop_null() if is_text(column.type) else column.slice(0, 0)
+    if not len(cells) or not pc.all(pc.match_substring_regex(cells, r"^\d+:\d\d([.,]\d+)?$")).as_py():
+        return False
+    is_said = bool(_MINUTES.search(said)) or pc.any(pc.match_substring_regex(cells, "[.,]")).as_py()
+    return is_said or max(int(cell.partition(":")[0]) for cell in cells.to_pylist()) > 24

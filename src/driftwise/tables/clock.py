@@ -8,7 +8,7 @@ from typing import Literal
 
 from driftwise.tables.cells import NAT, PER_SECOND
 
-DAY = 86_400.0  # seconds
+DAY, HOUR = 86_400.0, 3600.0  # seconds
 GAP = 1.75  # a step longer than this many usual steps lost samples
 
 
@@ -53,6 +53,14 @@ class Clock:
             self.origin = _text(self._zero, unit)
         zero = (self._zero or 0) * round(PER_SECOND[unit] / PER_SECOND[self._unit])
         return np.where(valid, (counts - zero) / PER_SECOND[unit], np.nan)
+
+    def moments(self, time):
+        """Return the stamps, as NumPy has them, of seconds since the first one."""
+        import numpy as np
+
+        unit = PER_SECOND[self._unit]
+        count = np.where(np.isfinite(time), np.rint(unit * np.nan_to_num(time)), 0).astype(np.int64) + (self._zero or 0)
+        return np.where(np.isfinite(time), count, NAT).view(f"datetime64[{self._unit}]")
 
     def push(self, time, first_row: int):
         """Take the times of the next chunk; return them with gaps in the column filled."""
@@ -154,14 +162,14 @@ def _step(time):
 class TimeOfDay:
     """Times of day as seconds since the first midnight, chunk by chunk: a step of more than half a day changes the day.
 
-    ``goes_back``: also upwards, as where rows of the day before come late.
+    ``goes_back``: also upwards, as where rows of the day before come late. ``day``: s after which a clock begins anew.
 
     >>> [TimeOfDay(goes_back).push([86399.0, 1.0, 86398.0]).tolist() for goes_back in (False, True)]
     [[86399.0, 86401.0, 172798.0], [86399.0, 86401.0, 86398.0]]
     """
 
-    def __init__(self, goes_back: bool = False):
-        self.goes_back = goes_back
+    def __init__(self, goes_back: bool = False, day: float = DAY):
+        self.goes_back, self.day = goes_back, day
         self._days, self._last = 0, math.nan  # the last time of day, NaN before the first
 
     def push(self, seconds):
@@ -173,8 +181,8 @@ class TimeOfDay:
         found = out[known]
         if found.size:
             steps = np.diff(found, prepend=found[0] if self._last != self._last else self._last)
-            changes = (steps < -DAY / 2).astype(int) - (self.goes_back & (steps > DAY / 2))
+            changes = (steps < -self.day / 2).astype(int) - (self.goes_back & (steps > self.day / 2))
             days = self._days + np.cumsum(changes)
             self._days, self._last = int(days[-1]), float(found[-1])
-            out[known] = found + DAY * days
+            out[known] = found + self.day * days
         return out

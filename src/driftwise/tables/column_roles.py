@@ -66,7 +66,7 @@ def parse(name: str, unit: str = "") -> Name:
     kinds = frozenset(kind for word in words for kind in _kinds(word))
     if "time" in kinds and re.search(r"(?<![^\W\d_])T(?![^\W\d_])", base):  # T is a temperature, t the time
         kinds = (kinds - {"time"}) | {"quantity"}
-    elif words[-1:] == ("t",) and len(words) > 1:
+    elif words[-1:] == ("t",) and len(words) > 1 and not any("time" in _kinds(word) for word in words[:-1]):
         kinds = (kinds - {"time"}) | {"quantity"}
     elif words[:1] == ("t",) and re.match(r"T[A-Z][a-z]", base):  # TSup, or TV and more
         kinds -= {"time"}

@@ -13,10 +13,10 @@ from typing import Any, NamedTuple
 
 from driftwise.engine.errors import InputError
 from driftwise.tables import checks
-from driftwise.tables.cells import are_beyond, in_tens, numbers, seconds, ten_of
+from driftwise.tables.cells import are_beyond, in_tens, kind_of, numbers, of_day, seconds, ten_of
 from driftwise.tables.chunks import CHUNK_ROWS, rechunked
 from driftwise.tables.cleaning import codes_in
-from driftwise.tables.clock import Clock
+from driftwise.tables.clock import Clock, TimeOfDay
 from driftwise.tables.moments import moment
 from driftwise.tables.parts import source_of
 from driftwise.tables.source import Source, resolve_all, title_of
@@ -80,6 +80,7 @@ class Record:
     tens: dict[str, int] = field(default_factory=dict)
     beyond: set[str] = field(default_factory=set)
     whole: OpenTable | None = None
+    _day: TimeOfDay | None = None  # of a clock that tells the time of day alone
 
     @property
     def columns(self) -> list[str]:
@@ -167,6 +168,11 @@ class Record:
     def _clocked(self, array, stamps):
         import numpy as np
 
+        if stamps is None and kind_of(array, self.source.decimal, self.source.day_first) == "time of day":
+            self._day = TimeOfDay()
+        if self._day is not None:
+            values = self._day.push(of_day(array)[0])
+            return values, np.isnan(values) & array.is_valid().to_numpy(zero_copy_only=False), False
         try:
             values, bad, is_stamp = seconds(array, self.source.decimal, self.source.day_first)
         except InputError as error:
@@ -185,6 +191,7 @@ def open_record(
     chunk_rows: int = CHUNK_ROWS,
     raw: bool = False,
     look: int = 0,
+    source: Source | None = None,
 ) -> Record:
     """Return the chosen columns of a table as a `Record` to iterate over.
 
@@ -195,13 +202,14 @@ def open_record(
     chunk_rows : rows of a chunk
     raw : leave codes for a missing value as they are
     look : so many first rows of all columns are looked at: the record then knows its ``whole`` table
+    source : the table itself, where it is read otherwise than it stands
 
     Raises
     ------
     InputError
         no such file or column, an empty table, a column without numbers, an output that never changes
     """
-    source = source_of(path)
+    source = source_of(path) if source is None else source
     try:
         names = resolve_all(source.names, [output], inputs, time)
     except InputError as error:

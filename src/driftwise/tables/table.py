@@ -9,9 +9,19 @@ from typing import Any
 
 from driftwise.engine.errors import InputError
 from driftwise.tables.calendar import calendar_of, is_part, joined
-from driftwise.tables.cells import are_beyond, converted, in_tens, kind_of, numbers, seconds, ten_of, zone_of
+from driftwise.tables.cells import (
+    are_beyond,
+    are_minutes,
+    converted,
+    in_tens,
+    kind_of,
+    numbers,
+    seconds,
+    ten_of,
+    zone_of,
+)
 from driftwise.tables.chunks import CHUNK_ROWS, rechunked
-from driftwise.tables.clock import DAY, Clock, TimeOfDay
+from driftwise.tables.clock import DAY, HOUR, Clock, TimeOfDay
 from driftwise.tables.moments import moment
 from driftwise.tables.parts import source_of
 from driftwise.tables.reshaped import Kept, unrolled
@@ -20,6 +30,7 @@ from driftwise.tables.source import Source, title_of
 MOST_COLUMNS = 4096  # among which it is found out what they are; a few milliseconds each
 APART = 0.98  # share of the rows of a stamp that are of one recording each, at least
 FEW, MORE = 4, 4  # recordings, beyond which one in so many may begin without that the clock shows it
+OF_DAY = "time of day", "minutes and seconds"  # kinds of cells that count from midnight, or a full hour
 HEAD_ROWS = 65_536  # rows by which a table is recognised, whatever its chunks
 
 
@@ -56,10 +67,14 @@ class OpenTable:
             raise InputError(f"{title}: the table has a header but no rows. Was the recording stopped before it began?")
         self._how = source.decimal, source.day_first
         self._cells = {name: kind_of(array, *self._how) for name, array in zip(self.names, first[0][0], strict=True)}
+        for name, array in zip(self.names, first[0][0]):
+            said = f"{name} {source.units.get(name, '')}"
+            if self._cells[name] == "time of day" and are_minutes(array, said):
+                self._cells[name] = "minutes and seconds"
         texts = {name: array for name, array in zip(self.names, first[0][0]) if self._cells[name] == "text"}
         self.beyond = {name for name, array in texts.items() if are_beyond(array, source.decimal)}
         self._clocks = {name: Clock(name) for name, kind in self._cells.items() if kind == "stamp"}
-        self.kinds = {name: "stamp" if kind == "time of day" else kind for name, kind in self._cells.items()}
+        self.kinds = {name: "stamp" if kind in OF_DAY else kind for name, kind in self._cells.items()}
         self._pair(dict(zip(self.names, first[0][0])))
         self.calendar = self._parts_of_dates(dict(zip(self.names, first[0][0])))
         parts = list(self._converted(list(self.names), first))
@@ -133,6 +148,14 @@ class OpenTable:
         """Return the first time stamp of a column, None for one of numbers."""
         return self._clocks[name].origin if name in self._clocks else None
 
+    def moments(self, name: str, time, origin: str | None):
+        """Return stamps of seconds since the first of a column's, or since another ``origin``; None without either."""
+        import numpy as np
+
+        if name in self._clocks:
+            return self._clocks[name].moments(time)
+        return None if origin is None else np.datetime64(origin, "us") + np.rint(1e6 * time).astype("timedelta64[us]")
+
     def chunks(self, names=None) -> Iterator[dict[str, Any]]:
         """Yield the chosen columns, first rows first, in chunks of `chunk_rows` rows, the last one shorter."""
         names = [name for name in (self.names if names is None else names) if self.kinds[name] != "text"]
@@ -150,6 +173,33 @@ class OpenTable:
             yield (np.concatenate(list(parts), axis=1)[:, ::-1],)
         else:
             yield from ((part,) for part in parts)
+
+    def as_read(self, names: list[str], clock: str | None) -> Iterator[tuple[list[Any], Any]]:
+        """Yield (pyarrow arrays of the chosen columns as they stand, mask of ragged rows), as rows are read.
+
+        Of a clock they hold what `chunks` has of it: seconds since its origin, or its numbers.
+        """
+        import pyarrow as pa
+
+        stamped = self._stamped(clock) if clock in names else []
+        asked = list(dict.fromkeys([*names, *stamped]))
+        seen: list[tuple[list[Any], Any]] = []
+
+        def clocked():
+            for arrays, ragged in self.source.batches(asked):
+                seen.append((arrays, ragged))
+                yield [arrays[asked.index(name)] for name in stamped], ragged
+
+        turned = []
+        for columns in self._converted(stamped, clocked()):
+            arrays, ragged = seen.pop()
+            found = [pa.array(columns[n]) if n == clock else arrays[asked.index(n)] for n in names]
+            if self._is_turned:
+                back = pa.array(range(len(ragged) - 1, -1, -1))
+                turned.append(([array.take(back) for array in found], ragged[::-1]))
+            else:
+                yield found, ragged
+        yield from reversed(turned)
 
     def note_zone(self, clock: str | None) -> None:
         """Note that stamps of a clock are told in UTC, where they are written in another zone."""
@@ -197,7 +247,8 @@ class OpenTable:
 
     def _converted(self, names, batches) -> Iterator[dict[str, Any]]:
         """Yield float64 columns of each batch, NaN where a row is ragged; count bad cells."""
-        days = {name: TimeOfDay() for name, kind in self._cells.items() if kind == "time of day"}
+        days = {n: TimeOfDay() for n, kind in self._cells.items() if kind == "time of day"}
+        days |= {n: TimeOfDay(day=HOUR) for n, kind in self._cells.items() if kind == "minutes and seconds"}
         for arrays, _ in batches:
             cells = zip(names, arrays)
             found = {n: converted(a, self._cells[n], *self._how) for n, a in cells if self._cells[n] != "text"}
