@@ -178,7 +178,14 @@ class Follower:
         """Return the share of what no plot has shown, and by what it is wider than the mixture, (C,)."""
         few = unforeseen.BEFOREHAND
         cells = np.where((self.still > 0) & (self.grain == 0), max(3.8 * self.speed, *self.grain), 0.0)
-        return few / (self.seen + few), (0.1 * self.speed * self.d) ** 2 + cells**2
+        share, wider = few / (self.seen + few), (0.1 * self.speed * self.d) ** 2 + cells**2
+        if self.seen >= 2 and self._may_leave():
+            share, wider = share + departure.OFTEN * (1 - share), wider + (self.speed * self.d) ** 2 / 18
+        return share, wider
+
+    def _may_leave(self):
+        slow = np.linalg.norm(self.velocity) <= departure.REST * self.speed
+        return slow and self.d >= departure.TAKES
 
     def _density(self, y):
         return np.logaddexp.reduce(self._parts(y), axis=1).sum()
@@ -188,17 +195,17 @@ class Follower:
 
     def _departed(self, y):
         """Return the density of a coordinate of a plot if the object left its rest; 0 where it did not."""
-        slow = np.linalg.norm(self.velocity) <= departure.REST * self.speed
-        if not slow or self.d < departure.TAKES or np.linalg.norm(y - self.last) > self.speed * self.d:
+        if not self._may_leave() or np.linalg.norm(y - self.last) > self.speed * self.d:
             return 0.0
         left = departure.OFTEN / (2 * self.speed * self.d)
         return left if (left > np.exp(self._parts(y)[:, : bank.WILD]).sum(axis=1)).any() else 0.0
 
     def _absorb(self, t, y, leaves=False):
         self._watch(y)
-        self._learn_tails(y)
         if leaves:
             self._leave()
+        else:
+            self._learn_tails(y)
         self._judge(y)
         self._learn(t, y)
 

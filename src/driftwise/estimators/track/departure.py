@@ -6,6 +6,8 @@ v of variance s^2, the class's:
     E (u v)^2 = s^2 d^2/3,   E u v^2 = s^2 d/2,   E v^2 = s^2
 
 which is added to its covariance. So such a plot says where it is and, within that, how fast, and nothing of noise.
+Until it comes the chance that it will is part of the forecast (`unforeseen`): there the speed is any up to what is
+fast, and s^2 a sixth of that squared.
 """
 
 from ...engine.dispatch import kernel
@@ -18,18 +20,32 @@ TAKES = 10.0  # s, from rest to what is fast: between plots that are nearer a de
 
 
 @kernel
+def may_come(task, row, C, d):
+    """Say whether the object was slow between the last two plots, and the next is late enough for a departure."""
+    if d < TAKES:
+        return False
+    speed2 = 0.0
+    for c in range(C):
+        speed2 += square(row[bank.of_coordinate(C, bank.SPEED, c)])
+    return speed2 <= square(REST * task.fastest)
+
+
+@kernel
+def reach(task, d):
+    """Return the variance of where it is d seconds after it was seen at rest, if it has left."""
+    return square(task.fastest * d) / 18.0
+
+
+@kernel
 def likelihood(task, row, C, d, y, parts):
     """Return the density of a coordinate of a plot if the object has left its rest; 0 where that explains nothing.
 
     It was slow, the plot is no farther than what is fast goes, and in a coordinate no scale of the tails is likelier.
     """
-    if d < TAKES:
-        return 0.0
-    speed2, far2 = 0.0, 0.0
+    far2 = 0.0
     for c in range(C):
-        speed2 += square(row[bank.of_coordinate(C, bank.SPEED, c)])
         far2 += square(y[c] - row[bank.of_coordinate(C, bank.LAST, c)])
-    if speed2 > square(REST * task.fastest) or far2 > square(task.fastest * d):
+    if far2 > square(task.fastest * d) or not may_come(task, row, C, d):
         return 0.0
     left = OFTEN / (2.0 * task.fastest * d)
     for c in range(C):

@@ -7,14 +7,14 @@ from ...engine.elementary import log, square
 from ...engine.elementary.complementary import erfc_both
 from ...engine.normal import density
 from ...engine.status import NOT_READY
-from . import bank, circle, learning, legs, linear, pole, unforeseen
+from . import bank, circle, learning, legs, linear, pole
 
 
 @kernel
 def expect(C, w, mean, S, told):
     """Fill ``told``: mean and variance of each coordinate in the mixture, from the first plot; their covariance.
 
-    Places are left for what the unforeseen adds to the variances.
+    Places are left for what the unforeseen adds to the variances, and for its share.
     """
     for c in range(C):
         m, s = 0.0, 0.0
@@ -53,7 +53,7 @@ def tell(row, C, y, w, told, parts, out):
     total = 0.0
     for j in range(bank.TAILS):
         total += row[bank.row_at(C).tails + j]
-    spreading, rare = 0.0, unforeseen.share(row)
+    spreading, rare = 0.0, told[3 * C + 1]
     out[bank.sample_at(C).unforeseen] = rare
     for j in range(bank.TAILS):
         out[bank.sample_at(C).shares + j] = row[bank.row_at(C).tails + j] / total

@@ -111,6 +111,7 @@ def foretell(task, row, C, d, R, unit, g, mean, S, F, A, B, w, told):
     output.expect(C, w, mean, S, told)
     for c in range(C):
         told[2 * C + 1 + c] = unforeseen.variance(task, row, C, d, c)
+    told[3 * C + 1] = unforeseen.share(task, row, C, d)
     return T
 
 
@@ -130,7 +131,7 @@ def absorb(task, row, C, T, d, y, unit, g, mean, S, A, B, w, told, parts, scores
     )
     learning.compare_steps(row, C, d, y, off, exact)
     judging.watch(task, row, C, T, y, unit, w, mean, S)
-    if row[bank.SEEN] >= 2.0:
+    if row[bank.SEEN] >= 2.0 and not leaves:
         learning.learn_tails(task, row, C, exact, parts)
     if leaves:
         departure.leave(task, row, C, T, d, unit)
