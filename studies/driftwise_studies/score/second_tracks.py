@@ -16,7 +16,7 @@ import driftwise as dw
 from driftwise.tracking.frames import east_north
 
 from ..papers import fixed_filters as filters
-from ..papers.recordings import MARINE, Kind, boats, folder, series
+from ..papers.recordings import MARINE, Kind, Series, boats, folder, series
 from . import records
 from .board import SKIP, _scored
 from .motions.field import MOST_NIS
@@ -53,15 +53,18 @@ SETS = {
 }
 
 
-def row(name: str, where: Path) -> list[str]:
-    """Return how the series of a set are followed beside the fixed filter that is best in hindsight."""
-    kind = SETS[name]
-    found = series(kind, where)
+def best_fixed(kind: Kind, found: list[Series]) -> np.ndarray:
+    """Return RMSE, NIS, share in bands and log score, (4, S), of the fixed filter that is best on all series."""
     fixed = []
     for method in filters.STARTS:
         logs = filters.tuned(method, found, kind.v0, kind.a0)
         fixed.append([_scored(s, *filters.forecast(method, logs, s, kind.v0, kind.a0)) for s in found])
-    best = min((np.array(rows).T for rows in fixed), key=lambda t: np.mean(np.log(t[0])))
+    return min((np.array(rows).T for rows in fixed), key=lambda t: np.mean(np.log(t[0])))
+
+
+def row(name: str, found: list[Series], best: np.ndarray) -> list[str]:
+    """Return how the series of a set are followed beside the fixed filter that is best in hindsight."""
+    kind = SETS[name]
     mine = [m for pair in zip(found[::2], found[1::2]) for m in tracked(*pair, kind.v0)]
     ours = np.array([_scored(s, m.prediction, m.variance, m.inside, m.log_score) for s, m in zip(found, mine)]).T
     ratio = (ours[0] / best[0])[best[0] > RESTS]
@@ -72,17 +75,19 @@ def row(name: str, where: Path) -> list[str]:
     ]  # fmt: skip
 
 
-def farthest(name: str, where: Path) -> list[str]:
-    """Return of each series whose mean NIS is above 3 what it is without its farthest plot."""
-    found, lines = series(SETS[name], where), []
-    for pair in zip(found[::2], found[1::2]):
-        for one, mine in zip(pair, tracked(*pair, SETS[name].v0)):
-            z2 = ((one.y - mine.prediction) ** 2 / mine.variance)[SKIP:]
+def farthest(name: str, found: list[Series], best: np.ndarray) -> list[str]:
+    """Return of each series whose mean NIS is above 3 what it is without one plot, and what the fixed filter has."""
+    lines = []
+    for k in range(0, len(found), 2):
+        pair = found[k : k + 2]
+        both = [((s.y - m.prediction) ** 2 / m.variance)[SKIP:] for s, m in zip(pair, tracked(*pair, SETS[name].v0))]
+        for one, z2, fixed in zip(pair, both, best[1, k:]):
             if z2.mean() > MOST_NIS:
                 rest = np.mean(np.delete(z2, z2.argmax()))
                 lines.append(
                     f"{one.name}: NIS {z2.mean():.2f} of {len(z2)} plots, without the farthest {rest:.2f} (which has "
-                    f"{z2.max():.0f}); 3 with forecasts of {z2.mean() / MOST_NIS:.1f} times the variance"
+                    f"{z2.max():.0f}); 3 with forecasts of {z2.mean() / MOST_NIS:.1f} times the variance; "
+                    f"both coordinates {np.mean(both):.2f}, best fixed filter {fixed:.2f}"
                 )
     return lines
 
@@ -115,9 +120,13 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as there:  # the readers of the first set look into a folder of each kind
         for kind in ("autoferry", "adsb_tracks", "modes_raw"):
             os.symlink(here, Path(there) / kind)
-        for name in SETS:
-            print("| " + " | ".join(row(name, Path(there))) + " |", flush=True)
-        print("\n" + "\n".join(line for name in SETS for line in farthest(name, Path(there))))
+        lines = []
+        for name, kind in SETS.items():
+            found = series(kind, Path(there))
+            best = best_fixed(kind, found)
+            print("| " + " | ".join(row(name, found, best)) + " |", flush=True)
+            lines += farthest(name, found, best)
+        print("\n" + "\n".join(lines))
     print("\n" + "\n".join(whole(here)))
 
 
