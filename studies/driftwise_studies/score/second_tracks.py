@@ -80,7 +80,8 @@ def farthest(name: str, found: list[Series], best: np.ndarray) -> list[str]:
     lines = []
     for k in range(0, len(found), 2):
         pair = found[k : k + 2]
-        both = [((s.y - m.prediction) ** 2 / m.variance)[SKIP:] for s, m in zip(pair, tracked(*pair, SETS[name].v0))]
+        mine = tracked(found[k], found[k + 1], SETS[name].v0)
+        both = [((s.y - m.prediction) ** 2 / m.variance)[SKIP:] for s, m in zip(pair, mine)]
         for one, z2, fixed in zip(pair, both, best[1, k:]):
             if z2.mean() > MOST_NIS:
                 rest = np.mean(np.delete(z2, z2.argmax()))
@@ -118,8 +119,8 @@ def main() -> None:
     head = ["", "series", "ratio", "largest", "<= 1.10", "> 1.25", "NIS", "largest", "in 95 %"]
     print("| " + " | ".join(head) + " |\n|" + "---|" * len(head))
     with tempfile.TemporaryDirectory() as there:  # the readers of the first set look into a folder of each kind
-        for kind in ("autoferry", "adsb_tracks", "modes_raw"):
-            os.symlink(here, Path(there) / kind)
+        for first in ("autoferry", "adsb_tracks", "modes_raw"):
+            os.symlink(here, Path(there) / first)
         lines = []
         for name, kind in SETS.items():
             found = series(kind, Path(there))
