@@ -1,4 +1,4 @@
-"""Tables read otherwise than they stand: years by months as one column, one of several recordings row by row."""
+"""Tables read otherwise than they stand: years by months, a quantity a row, one of several recordings row by row."""
 
 from __future__ import annotations
 
@@ -8,10 +8,22 @@ from unicodedata import normalize
 import numpy as np
 
 from .calendar import PARTS
+from .cells import kind_of
 from .dates import MONTHS
+from .dialect import unique
+from .parquetfile import MemorySource
 from .source import Source
 
 VALUE = "value"  # what the column of all months is called
+# What names nothing but a number, and what names quantities or gives their units, where each row holds one of them.
+VALUES = "value values wert valeur valor valore waarde varde state reading"
+QUANTITIES = (
+    "tag tagname field entity entityid variable series metric parameter param sensor sensorid sensorname channel point "
+    "pointname signal name variablename quantity item itemid kanal signalname messstelle merkmal topic key"
+)
+QUANTITY_UNITS = "unit units uom einheit unite unidad unita"
+MOST_QUANTITIES, MOST_ROWS = 16, 65_535
+WHOLE = 0.9  # share of the stamps at which every quantity was taken
 
 
 class Reshaped(Source):
@@ -49,8 +61,7 @@ class Unrolled(Reshaped):
 
         for arrays, ragged in self._rows(self.columns):
             years, months = np.repeat(np.arange(len(ragged)), 12), np.tile(np.arange(1.0, 13.0), len(ragged))
-            kind = arrays[1].type if len({array.type for array in arrays[1:]}) == 1 else pa.string()
-            cells = pa.concat_arrays([array.cast(kind) for array in arrays[1:]])
+            cells = _end_to_end(arrays[1:])
             across = cells.take(pa.array(np.arange(12 * len(ragged)).reshape(12, -1).T.ravel()))
             found = dict(zip(self.names, (arrays[0].take(pa.array(years)), pa.array(months), across)))
             yield [found[name] for name in columns], ragged[years]
@@ -69,6 +80,65 @@ class Kept(Reshaped):
         for arrays, ragged in self._rows([*columns, self.name]):
             kept = np.array([cell == self.cell for cell in arrays[-1].to_pylist()], bool)
             yield [array.filter(pa.array(kept)) for array in arrays[:-1]], ragged[kept]
+
+
+def _end_to_end(arrays):
+    """Return pyarrow arrays as one, of text where they are not alike."""
+    import pyarrow as pa
+
+    kinds = {array.type for array in arrays}
+    is_alike = len(kinds) == 1 and not any(map(pa.types.is_dictionary, kinds))
+    return pa.concat_arrays(arrays if is_alike else [array.cast(pa.string()) for array in arrays])
+
+
+def widened(source: Source, named=()) -> Source:
+    """Return a table of one quantity a row as one of a column each; any other, or where its value is named, as it is.
+
+    A column of words names the quantities, and a column that names nothing holds the values. Where they do not share
+    their stamps, or the table is long, it is the table of that one alone which was taken most often.
+
+    >>> from driftwise.tables.parquetfile import MemorySource
+    >>> days, tags = ["2024-01-01", "2024-01-01", "2024-01-02", "2024-01-02"], ["heater", "temp"] * 2
+    >>> widened(MemorySource({"time": days, "tag": tags, "value": [1.0, 20.5, 2.0, 20.7]})).names
+    ('time', 'heater', 'temp')
+    >>> widened(MemorySource({"time": days, "station": tags, "level": [1.0, 20.5, 2.0, 20.7]})).names
+    ('time', 'station', 'level')
+    """
+    import pyarrow as pa
+    import pyarrow.compute as pc
+
+    words = {name: re.sub(r"[^a-z]", "", name.lower()) for name in source.names}
+    called = {what: [n for n in source.names if words[n] in what.split()] for what in (VALUES, QUANTITIES)}
+    if len(called[VALUES]) != 1 or not called[QUANTITIES] or called[VALUES][0] in named:
+        return source
+    batches = source.look(MOST_ROWS + 1)
+    columns = {n: _end_to_end([arrays[j] for arrays, _ in batches]) for j, n in enumerate(source.names)}
+    kinds = {name: kind_of(array, source.decimal, source.day_first) for name, array in columns.items()}
+    clocks = [name for name, kind in kinds.items() if kind == "stamp" and len(columns[name].unique()) > 1]
+    keys = [name for name in called[QUANTITIES] if kinds[name] in ("text", "switch")]
+    keys = [name for name in keys if 1 < len(columns[name].drop_null().unique()) <= MOST_QUANTITIES]
+    if len(clocks) != 1 or len(keys) != 1 or kinds[called[VALUES][0]] != "number":
+        return source
+    stamps, quantities = (columns[name].dictionary_encode() for name in (clocks[0], keys[0]))
+    at, which = (pc.fill_null(array.indices, -1).to_numpy() for array in (stamps, quantities))
+    rows = np.full((len(quantities.dictionary), len(stamps.dictionary)), -1)
+    fine = (at >= 0) & (which >= 0)
+    rows[which[fine], at[fine]] = np.flatnonzero(fine)
+    count = f"{keys[0]!r} names {len(rows)} quantities, of which each row holds one"
+    if len(at) > MOST_ROWS or np.mean((rows >= 0).all(axis=0)) < WHOLE or np.sum(rows >= 0) < WHOLE * len(at):
+        most = quantities.dictionary[int(np.argmax(np.bincount(which[fine])))].as_py()
+        kept = Kept(source, keys[0], most)
+        kept.notes = (*source.notes, f"{count}: {most!r} alone is read; put others beside it.")
+        return kept
+    names = unique([clocks[0], *map(str, quantities.dictionary.to_pylist())], 1 + len(rows))
+    cells = [columns[called[VALUES][0]].take(pa.array(row, mask=row < 0)) for row in rows]
+    wide = MemorySource(pa.table(dict(zip(names, (stamps.dictionary, *cells)))))
+    wide.title, wide.decimal, wide.day_first = source.title, source.decimal, source.day_first
+    for name in (n for n in source.names if words[n] in QUANTITY_UNITS.split()):
+        units = [columns[name][int(row[row >= 0][0])].as_py() for row in rows]
+        wide.units = {n: unit for n, unit in zip(names[1:], units) if isinstance(unit, str) and unit}
+    wide.notes = (*source.notes, f"{count}: they are read side by side.")
+    return wide
 
 
 def unrolled(source: Source, named=()) -> Source:

@@ -24,7 +24,7 @@ from driftwise.tables.chunks import CHUNK_ROWS, rechunked
 from driftwise.tables.clock import DAY, HOUR, Clock, TimeOfDay
 from driftwise.tables.moments import moment
 from driftwise.tables.parts import source_of
-from driftwise.tables.reshaped import Kept, unrolled
+from driftwise.tables.reshaped import Kept, unrolled, widened
 from driftwise.tables.source import Source, title_of
 
 MOST_COLUMNS = 4096  # among which it is found out what they are; a few milliseconds each
@@ -280,7 +280,8 @@ def open_table(data, chunk_rows: int = CHUNK_ROWS, head_rows: int = HEAD_ROWS, n
     data : file name ("-" for CSV on standard input), data frame (through narwhals) or mapping
     chunk_rows : rows of a chunk
     head_rows : rows of the first look
-    named : columns that somebody asked for; without one of them, months side by side are read as one column
+    named : columns that somebody asked for; without one of them, months side by side are read as one column, and
+        quantities one below the other as one column each
 
     Examples
     --------
@@ -292,7 +293,7 @@ def open_table(data, chunk_rows: int = CHUNK_ROWS, head_rows: int = HEAD_ROWS, n
     """
     what = "the mapping" if isinstance(data, Mapping) else "the data frame"
     title = title_of(data) if isinstance(data, str | Path) else what
-    source = unrolled(source_of(data), named)
+    source = widened(unrolled(source_of(data), named), named)
     if len(source.names) > MOST_COLUMNS:
         raise InputError(
             f"{title}: of more than {MOST_COLUMNS} columns it is not found out what they are, and there are "
