@@ -39,7 +39,6 @@ def test_unknown_column_suggests_and_lists(tmp_path):
         (b"u,y\n1,\n2,NA\n3,-\n", "column 'y' is empty in all 3 rows"),
         (b"u,y\n1,5\n2,5\n3,5\n", "output column 'y' is 5 in all 3 rows: a constant"),
         (b"u,y\n1,5\n", "in its only row"),
-        ("u,y\n1,2\n".encode("utf-16"), "UTF-16"),
         (b"PK\x03\x04\x00\x00", "Excel workbook"),
         (b"\x00\x01\x02" * 50, "zero bytes"),
     ],
@@ -50,6 +49,16 @@ def test_useless_files_say_why(tmp_path, content, words):
         list(open_record(path, "y"))
     assert str(caught.value).startswith(path), "the message names the file"
     assert "\n" not in str(caught.value), "one paragraph"
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-16-be"])
+def test_unicode_text_of_a_spreadsheet_is_read_to_its_end(tmp_path, encoding):
+    text = "Heizung (W)\tTemperatur (°C)\r\n" + "".join(f"{k % 7}\t{k},5\r\n" for k in range(200_000))
+    data = text.encode(encoding) if encoding == "utf-16" else b"\xfe\xff" + text.encode(encoding)
+    record = open_record(put(tmp_path, data), "Temperatur (°C)", ["Heizung (W)"])
+    y = np.concatenate([chunk.columns[record.output] for chunk in record])
+    np.testing.assert_array_equal(y, np.arange(200_000) + 0.5)
+    assert record.bad == record.source.ragged == 0 and record.source.fraction == 1.0
 
 
 def test_an_input_that_is_empty_is_refused_and_a_constant_one_is_not(tmp_path):

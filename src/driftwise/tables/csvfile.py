@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
+from codecs import getincrementaldecoder
 from collections.abc import Iterator
+from typing import Any
 
 from driftwise.engine.errors import InputError
 from driftwise.tables.dialect import MISSING, Dialect, sniff
@@ -30,7 +32,11 @@ class CsvSource(Source):
         super().__init__()
         self.size = size
         self._stream = stream
+        self._utf16: Any = None  # the decoder of what Excel calls Unicode text
         head = self._bytes(HEAD)
+        if head.startswith((b"\xff\xfe", b"\xfe\xff")):
+            self._utf16 = getincrementaldecoder("utf-16")("replace")
+            head = self._utf16.decode(head).encode()
         if not head.strip(b"\xef\xbb\xbf \t\r\n"):
             raise InputError(
                 "the table is empty: it holds no characters. Was the recording ever started, or the pipe cut?"
@@ -62,7 +68,7 @@ class CsvSource(Source):
 
     def _probes(self, start: int, size: int) -> list[str]:
         """Return lines from all over the file behind its head."""
-        if not self._stream.seekable():
+        if not self._stream.seekable() or self._utf16:
             return []
         place, lines = self._stream.tell(), list[bytes]()
         for k in range(1, PROBES + 1):
@@ -81,7 +87,8 @@ class CsvSource(Source):
             parts.append(part)
             size -= len(part)
             self.position += len(part)
-        return b"".join(parts)
+        whole = b"".join(parts)
+        return self._utf16.decode(whole).encode() if self._utf16 else whole
 
     def _line_ends(self, block: bytes) -> bytes:
         return block.replace(b"\r", b"\n") if self._old_mac else block
@@ -195,8 +202,6 @@ def _utf8(block: bytes) -> bytes:
 
 
 def _refuse_binary(head: bytes) -> None:
-    if head.startswith((b"\xff\xfe", b"\xfe\xff")):
-        raise InputError("the table is written in UTF-16 (Excel's 'Unicode text'); save it as 'CSV UTF-8' instead.")
     if head.startswith(b"PAR1"):
         raise InputError("the table is Parquet, which is read from its end: give the file itself, not a pipe.")
     if head.startswith(b"PK\x03\x04"):
