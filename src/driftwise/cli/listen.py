@@ -23,7 +23,7 @@ def listen(url: str, wire: Wire, tracker, quiet: bool, keep: float, page=None) -
 
     What has come by then and still waits to be read counts, too.
     """
-    source, next_look, lost = Listener(url), monotonic() + OFTEN, 0
+    source, next_look, lost, dropped = Listener(url), monotonic() + OFTEN, 0, 0
     with teller(quiet, page) as tell, asked_to_stop() as asked:
         try:
             for packets in _read(source, asked):
@@ -45,11 +45,15 @@ def listen(url: str, wire: Wire, tracker, quiet: bool, keep: float, page=None) -
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             tracker.finish()
         finally:
+            dropped = source.dropped
             source.close()
     if lost:
         tracker.faults.append(Fault(wire.title, 0, f"more of such, not told one by one: {lost}, this is the first"))
     if source.lost:
         tracker.faults.append(Fault(wire.title, 0, f"the connection was lost: {source.lost}, this is the first"))
+    if dropped:
+        words = f"datagrams came faster than they were read, and were lost: {dropped}, this is the first"
+        tracker.faults.append(Fault(wire.title, 0, words))
     if not tracker.counts["plots"]:
         raise InputError(f"{url}: nothing came that is a plot")
 

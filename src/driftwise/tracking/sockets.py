@@ -17,7 +17,10 @@ MOST = 1 << 20  # bytes taken at a time
 LONGEST = 1 << 16  # bytes of a datagram
 WAIT = 1.0, 30.0  # s until a lost connection is tried again: at first, at most
 TRIED = 10.0  # s that a connection may take
-BUFFER = 1 << 22  # bytes that the system is asked to keep for us
+BUFFER = 1 << 24  # bytes that the system is asked to keep for us
+IS_LINUX = sys.platform.startswith("linux")
+SO_RCVBUFFORCE, SO_MEMINFO = 33, 55  # of Linux: a buffer beyond net.core.rmem_max, for who may; how the socket stands
+DROPS = 8  # where among the numbers of SO_MEMINFO the datagrams are that found the buffer full
 HOW = (
     "udp://239.1.2.3:8600 (a group; ?interface=ADDRESS of the card), udp://:8600, tcp://localhost:30003, or - for a "
     "capture (pcap) on standard input"
@@ -83,6 +86,20 @@ class Listener:
                 self._socket = _bound(self.place) if self.place.kind == "udp" else _connected(self.place)
             except OSError as error:
                 raise InputError(f"{url}: {error.strerror or error}; is that the right address?") from None
+
+    @property
+    def dropped(self) -> int:
+        """How many datagrams the system threw away, since they came faster than they were read; 0 if it says nothing.
+
+        Linux does.
+        """
+        if self._socket is None or self.place.kind != "udp" or not IS_LINUX:
+            return 0
+        try:
+            numbers = self._socket.getsockopt(socket.SOL_SOCKET, SO_MEMINFO, 4 * (DROPS + 1))
+        except OSError:  # older than 4.12
+            return 0
+        return int(struct.unpack_from("I", numbers, 4 * DROPS)[0]) if len(numbers) == 4 * (DROPS + 1) else 0
 
     @property
     def is_stream(self) -> bool:
@@ -157,7 +174,7 @@ def _bound(place: Place) -> socket.socket:
     made = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     try:
         made.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        made.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, BUFFER)
+        _widen(made)
         is_group = bool(place.host) and 224 <= int(socket.gethostbyname(place.host).partition(".")[0]) < 240
         made.bind((place.host, place.port))
         if is_group:
@@ -168,6 +185,17 @@ def _bound(place: Place) -> socket.socket:
         made.close()
         raise
     return made
+
+
+def _widen(made: socket.socket) -> None:
+    """Ask for a buffer of `BUFFER`, or half of it and so on: systems cut what they do not grant, or refuse it."""
+    asked = [(SO_RCVBUFFORCE, BUFFER)] if IS_LINUX else []
+    for option, size in [*asked, *((socket.SO_RCVBUF, BUFFER >> k) for k in range(8))]:
+        try:
+            made.setsockopt(socket.SOL_SOCKET, option, size)
+            return
+        except OSError:
+            continue
 
 
 def _connected(place: Place) -> socket.socket:
