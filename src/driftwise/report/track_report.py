@@ -84,6 +84,11 @@ def mean(rows: list[Row], name: str) -> float:
     return sum(value * plots for value, plots in judged) / sum(n for _, n in judged) if judged else float("nan")
 
 
+def judged(rows: list[Row], name: str) -> int:
+    """Return the plots of all tracks of which "nis" or "coverage" can be judged."""
+    return sum(r.plots for r in rows if getattr(r, name) == getattr(r, name))
+
+
 def objects(rows: list[Row]) -> int:
     """Return how many objects the tracks are of: those of one key, and those that go on with another, are one."""
     return len({r.track.key or r.track.follows or r.track.id for r in rows})

@@ -89,7 +89,7 @@ def _cards(rows, faults) -> list[str]:
     nis, held = track_report.mean(rows, "nis"), track_report.mean(rows, "coverage")
     sure = [
         Card("NIS", fixed(nis, 2), "1: right error bars", _graded(nis, (0.8, 1.25), (0.5, 2))),
-        held_card(held, _graded(held, (0.92, 0.975), (0.85, 1.0))),
+        held_card(held, _held(held, track_report.judged(rows, "coverage"))),
     ]
     return [group("What was there", there), group("How it moved", moved), group("How sure", sure)]
 
@@ -105,6 +105,13 @@ def _graded(value, good, fair) -> str:
     if value != value:
         return ""
     return grade(good[0] <= value <= good[1], fair[0] <= value <= fair[1])
+
+
+def _held(share: float, plots: int) -> str:
+    """Return the grade of what bands hold of so many plots: what chance makes of right ones is good."""
+    from driftwise.analysis.forecast_verdicts import coverage_verdict
+
+    return "" if share != share else grade(coverage_verdict(share, plots).is_fine, share >= 0.85)
 
 
 def _plan(figure, rows, origin) -> Panel:
