@@ -10,8 +10,9 @@ Who forgets fast has won his weight without a gap, and knows nothing of sixty st
 says shows when y is back: one run ended where the next does not begin, a logger slept while a valve was shut. So at
 first the precise mean is all, and each gap teaches: likelihood who is right as a rule, regrets who it is where it
 matters, for after a rest one error is all errors. Evidence fades three times as fast as that of the next sample, for
-gaps differ; where y has not moved there is none. The last value is among the three so that no record is forecast much
-worse than by it.
+gaps differ; where y has not moved there is none. Short gaps and long ones teach apart: a sample that a logger leaves
+out here and there says nothing of the break between two runs, and what breaks taught would be forgotten meanwhile.
+The last value is among the three so that no record is forecast much worse than by it.
 """
 
 import math
@@ -21,6 +22,7 @@ from ...engine.elementary import log, square
 from .blend import trust, usual, weigh
 
 ACROSS = ("precise", "proven", "last value")
+LENGTHS, FAR = 2, 5.0  # of gaps, each of which teaches its own; samples without y from which one is long
 CROWD = math.log(1.0 * len(ACROSS))
 RARELY = 0.02  # share beforehand of the last value, that of the others is equal
 UNTRIED = 0.01  # of the weight have all members together until y is back the first time

@@ -246,9 +246,9 @@ class ModelAverage(Estimator):
         for new, old in enumerate(keep):
             after[f"member{new}"] = state[f"member{old}"]
         own, chosen = state["own"], [*keep, *range(M, M + len(NAIVE))]
-        places = {("all",): chosen, ("heard",): [*chosen, M + len(NAIVE)]}
+        places = {"all": chosen, "heard": [*chosen, M + len(NAIVE)]}
         for name, shape in ((field.name, field.shape) for field in AVERAGE.fields):
-            after["own"][name] = own[name][places[shape]] if shape in places else own[name]
+            after["own"][name] = own[name][..., places[shape[-1]]] if shape and shape[-1] in places else own[name]
         after["own"]["likely"] /= after["own"]["likely"].sum()
         return fewer, after
 

@@ -35,7 +35,7 @@ from ...engine.layout import Field, Layout, each, numbers
 from ...engine.normal import ROOT_2PI
 from ...engine.order import smallest
 from ...engine.status import BAD_VALUE, MISSING_OUTPUT
-from .across import ACROSS, UNTRIED, across_gap, follow_noise, judge_across, known, proven, within
+from .across import ACROSS, FAR, LENGTHS, UNTRIED, across_gap, follow_noise, judge_across, known, proven, within
 from .blend import regret_of, trust, usual, weigh
 
 NAIVE = ("last value", "straight line", "mean")
@@ -105,12 +105,14 @@ AVERAGE = Layout(
     ),
     Field("silent", about="samples since y was there"),
     *each(
+        "LENGTHS",
         "heard",
-        across="weight across gaps of each of these",
+        across="of short gaps and of long ones: weight across them of each of these",
         across_ratio="c across gaps: mean of e^2 beside the variance claimed there",
         across_behind="gaps behind it",
     ),
     *each(
+        "LENGTHS",
         "ACROSS",
         across_regret="of a forecast across a gap, to each of the three that it is made of, in y_scale^2",
         across_regret_squares="the squares of what it is the sum of",
@@ -128,6 +130,7 @@ AVERAGE = Layout(
     SCALES=SCALES,
     VARIANCES=VARIANCES,
     ACROSS=len(ACROSS),
+    LENGTHS=LENGTHS,
     all=f"members + {len(NAIVE)}",
     heard=f"members + {len(NAIVE) + 1}",
 )
@@ -160,7 +163,7 @@ def fresh(task: Averaging) -> np.ndarray:
     state["width"], state["worth"], state["volume"] = 1.0, 1.0 / VARIANCES, 1.0
     state["tails"] = PRIOR
     state["lowest"] = state["highest"] = np.nan
-    state["across"], state["across"][-1], state["across_ratio"] = UNTRIED / state["likely"].size, 1.0, 1.0
+    state["across"], state["across"][:, -1], state["across_ratio"] = UNTRIED / state["likely"].size, 1.0, 1.0
     return state
 
 
@@ -378,7 +381,7 @@ def pass_over_averaging(task, rows, q, kept, out, state):
     wide, densities, crowd = rest[:VARIANCES], rest[VARIANCES:], log(1.0 * K)
     for t in range(rows.shape[0]):
         y, mu, S, weights = rows[t, 0], q[t], kept[t], out[t, TOLD + SCALES :]
-        is_next = silent[0] == 0.0
+        is_next, g = silent[0] == 0.0, int(silent[0] >= FAR)
         for i in range(len(NAIVE)):
             mu[M - len(NAIVE) + i], S[M - len(NAIVE) + i] = naive(row, i), task.unit
             if i < len(NAIVE) - 1:  # a walk since the last output; how far y is from its mean does not grow
@@ -398,10 +401,10 @@ def pass_over_averaging(task, rows, q, kept, out, state):
             claims[M] = base
             three[0], three[1], three[2] = (
                 means[M],
-                proven(means, claims, across, across_ratio, floor, v),
+                proven(means, claims, across[g], across_ratio[g], floor, v),
                 naive(row, 0),
             )
-            mean = prediction = across_gap(three, across_regret, across_regrets, across_most, share, v)
+            mean = prediction = across_gap(three, across_regret[g], across_regrets[g], across_most[g], share, v)
         for i in range(M):
             weights[i] = v[i] + v[M] * precise[i]
         is_absurd = abs(y) > ABSURD * math.sqrt(task.unit)
@@ -421,9 +424,11 @@ def pass_over_averaging(task, rows, q, kept, out, state):
             learn_variances(row[SEEN], square(e), variance, wide, task.tails, width, worth, gained, volume, scores)
             regret_of(e, prediction, means, claims, task.unit, task.rate, regret, regrets, most)
         elif not is_next:
-            regret_of(y - mean, mean, three, three, task.unit, task.rate, across_regret, across_regrets, across_most)
+            regret_of(
+                y - mean, mean, three, three, task.unit, task.rate, across_regret[g], across_regrets[g], across_most[g]
+            )
             if y != row[LAST]:
-                judge_across(task, y, means, claims, across, across_ratio, across_behind, scores, floor)
+                judge_across(task, y, means, claims, across[g], across_ratio[g], across_behind[g], scores, floor)
         judge(task, row, y, mu, S, likely, evidence, squares, ratio, behind, scores, floor)
         learn_tails(task, row, tails, densities, y - mean, base)
         note(row, reach, y)

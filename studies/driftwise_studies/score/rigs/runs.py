@@ -1,4 +1,4 @@
-"""A kind that is recorded only while it runs: each run ends where the next one does not begin."""
+"""Kinds that are recorded only while they run: each run ends where the next one does not begin."""
 
 from __future__ import annotations
 
@@ -34,3 +34,12 @@ def batches(rng):
         y += [np.nan] * BREAK
         u += [0.0] * BREAK
     return np.round(np.array(y), 4), np.round(np.array(u), 4)[:, None]
+
+
+@kind
+def skipped(rng):
+    """A cell as of `batches`, whose logger leaves out a reading now and then, or two."""
+    y, u = batches(rng)
+    lost = rng.random(len(y)) < rng.uniform(0.01, 0.05)
+    lost[1:] |= lost[:-1] & (rng.random(len(y) - 1) < 0.5)
+    return np.where(lost, np.nan, y), u
