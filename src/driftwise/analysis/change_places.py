@@ -16,6 +16,7 @@ from .response import Response
 from .response_record import delayed, huber, long_run, long_run_of
 
 APART = 10  # samples between two changes
+ENOUGH = 6  # samples after a change, at least, for each of its numbers: fewer may all be outliers
 PLACES, NEAR = 64, 64  # at which a change is looked for, and about the likeliest of them
 LONG = 8192  # samples from which on changes are dated by scores alone, and outliers are no question: fits take long
 LIKELY = 10.0  # nats from the likeliest place within which others are looked at as closely
@@ -224,8 +225,8 @@ def _look_for(now: Response, kind: str, i: int, hint: int) -> Look | None:
     rows, n = now.rows, len(now.rows)
     if n < 2 * LEAST + 1:
         return None
-    edge = min(LEAST, n // EDGE)
-    low, high = int(rows[edge]), int(rows[n - edge])
+    edge = min(LEAST, n // EDGE)  # what a plant begins with looks like a step
+    low, high = int(rows[edge]), int(rows[n - min(edge, ENOUGH * NUMBERS[kind])])
     seen = onsets_of(now, kind, low, high)
     others = now.dates
     r = now.left * now.weight
