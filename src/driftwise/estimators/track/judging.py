@@ -1,6 +1,7 @@
 """What the members of a track expect of a plot, and which of them the plot says were right.
 
-evidence     log w_i <- phi log w_i + eta sum_c log t(y_c; mu_ic, S_ic)     Student-t: a wild plot is no verdict
+evidence     log w_i <- phi log w_i + eta sum_c log t(y_c; mu_ic, S_ic)     Student-t: a wild plot is no verdict; where
+             no manoeuvre lasts from one plot to the next, who is right stays so, and half as much is forgotten
 turning      log w_i + b P(turn)    of the member that goes by legs: as long as it holds a turn it has more weight
 manoeuvre    P(manoeuvre) of a two-state Markov chain: members that see one against those that see none; no
              less than the lead in weight of those sure of one (2 standard deviations)
@@ -17,6 +18,7 @@ LOUDER = -10.0  # log probability that all is as expected but the noise, which i
 GENTLE = 250.0  # s, from rest to the speed of the class: an acceleration that is no manoeuvre
 LOUDEST = 3.0  # log density of a plot by which legs are above the best straight flight, at most
 TURNED = 1.75  # log weight that legs have more while they hold a turn
+LASTING = 0.5  # of what a plot makes forget, where plots are farther apart than the gentlest manoeuvre is long
 LEAST_REST = 1e-9  # weight of all other members
 PLAIN = 3  # the member of constant velocity from which a manoeuvre leads away
 FRESH = 0.4  # of the mean of its innovations, what the last one counts
@@ -184,8 +186,9 @@ def judge(task, row, C, T, y, unit, w, mean, S, exact, scores):
     quiet, moving = (1.0 - before) * quiet / still, before * moving / alive
     row[bank.MANOEUVRE] = moving / (moving + quiet)
     at = bank.row_at(C).weights
+    kept = 1.0 - (1.0 - task.forgetting) * (LASTING if T > GENTLE else 1.0)
     for i in range(M):
-        row[at + i] = task.forgetting * row[at + i] + task.rate * (scores[i] - top)
+        row[at + i] = kept * row[at + i] + task.rate * (scores[i] - top)
         best = max(best, row[at + i])
     for i in range(M):
         row[at + i] -= best
