@@ -125,6 +125,14 @@ WRITTEN = {
          *(f"{k // 60:02d}:{k % 60:02d};{U[k]:.0f};{comma(Y[k])}" for k in ROWS)],
         ("Temperatur", ("Heizung",), 1.0),
     ),
+    "a serial monitor": (
+        [f"Heater: {U[k]:.0f}, Temp: {Y[k]:.2f}" for k in ROWS],
+        ("Temp", ("Heater",), 1.0),
+    ),
+    "a log of names and values": (
+        [f"ts={at(k, 5).isoformat()}Z level=info heater={U[k]:.1f} temperature={Y[k]:.3f}" for k in ROWS],
+        ("temperature", ("heater",), 5.0),
+    ),
     "Blackbox": (
         ['"Product","Blackbox flight data recorder"', '"Data version",2', '"looptime",125',
          "loopIteration,time (us), setpoint[0], gyroADC[0]",

@@ -10,6 +10,7 @@ from typing import Any
 from driftwise.engine.errors import InputError
 from driftwise.tables.dialect import MISSING, Dialect, sniff
 from driftwise.tables.growing import refuse_long
+from driftwise.tables.labelled import labels_of
 from driftwise.tables.marks import plain
 from driftwise.tables.source import Source
 
@@ -17,6 +18,7 @@ BLOCK = 1 << 21
 HEAD = 1 << 18
 PROBES, PROBE = 32, 4096  # places all over a file, and bytes at each, where dates are looked at
 LEAST_LINES = 4  # whole lines by which a table is known
+LABELLED = 50  # lines by which it is known that each repeats the names of its values
 _COMMENT_LINE = re.compile(rb"(?m)^[ \t]*[#%][^\n]*(?:\n|\Z)")
 
 
@@ -49,6 +51,9 @@ class CsvSource(Source):
         self._old_mac = b"\n" not in head and b"\r" in head
         head = self._line_ends(head)
         lines = head.split(b"\n")
+        self._labels, named = labels_of([line.decode("latin-1") for line in lines[:-1][:LABELLED]])
+        if self._labels:  # a row of names, then rows without
+            lines = [named.encode("latin-1"), *(self._labels.sub(b"", line) for line in lines)]
         complete = lines[:-1] if len(head) >= HEAD // 2 and len(lines) > 1 else lines
         self.dialect: Dialect = sniff([_decode(line).rstrip("\r") for line in complete])
         if not self.dialect.is_day_known and self.size and self.size > len(head):
@@ -113,6 +118,8 @@ class CsvSource(Source):
             yield block
 
     def _tidy(self, block: bytes) -> bytes:
+        if self._labels:
+            block = self._labels.sub(b"", block)
         if block.lstrip(b" \t")[:1] in (b"#", b"%") or re.search(rb"\n[ \t]*[#%]", block):
             block = _COMMENT_LINE.sub(b"", block).rstrip(b"\r\n")
         if block.count(b'"') % 2:  # a stray quote would swallow every line up to the next one
