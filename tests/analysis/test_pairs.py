@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from driftwise_studies.score.claims.close import close, told
 
-from driftwise.analysis.change_places import GAIN, LEVEL
+from driftwise.analysis.change_effects import GAIN, LEVEL
 from driftwise.analysis.pairs import both, directions
 from driftwise.analysis.response_orders import begin
 from driftwise.analysis.response_record import recorded

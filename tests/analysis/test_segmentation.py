@@ -8,8 +8,9 @@ from driftwise_studies.score.claims.wander import WALK, wandering
 from scipy.signal import lfilter
 
 from driftwise.analysis import segmentation
+from driftwise.analysis.change_effects import effects, scanner, share
 from driftwise.analysis.change_log import ChangeLog, moved
-from driftwise.analysis.change_places import effects, place, scanner, share
+from driftwise.analysis.change_places import place
 from driftwise.analysis.noise_jumps import SURE
 from driftwise.analysis.response_orders import begin
 from driftwise.analysis.response_record import recorded

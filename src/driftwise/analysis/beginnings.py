@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from .change_places import LEVEL, colourless, kinds, place, under_each_noise, worth
+from .change_effects import LEVEL, kinds
+from .change_places import colourless, place, under_each_noise, worth
 from .change_search import lines, wave
 from .noise_jumps import LEAST, SURE
 from .onsets import abrupt

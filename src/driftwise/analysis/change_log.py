@@ -1,13 +1,16 @@
-"""What changed in a plant, and when, in the terms of an engineer: gain, level and noise."""
+"""What changed in a plant, and when, in the terms of an engineer: gain, speed, level and noise."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from ..results.numbers import odds_words
+from .answer_times import Slowed, slowed_by
+from .change_effects import SPEED
 from .growing_noise import STEADY
 from .noise_jumps import LEAST
 from .segmentation import GAIN, LEVEL, Hindsight, Jump, Visible, hindsight
@@ -43,7 +46,8 @@ class Change:
 class ChangeLog:
     """Changes of a record that comes in pieces; the end of the last piece is looked at together with the next."""
 
-    def __init__(self, inputs=(), is_held=False, seasons: tuple[int, ...] = ()):
+    def __init__(self, inputs=(), is_held=False, seasons: tuple[int, ...] = (), table: Any = None):
+        self.table = table  # which says how long so many seconds are
         self.seasons = seasons  # that the level may have, or with which the noise comes and goes, in samples
         self.inputs, self.count = inputs, 0
         self.changes: list[Change] = []
@@ -81,11 +85,38 @@ class ChangeLog:
         low, high = jump.interval
         self.last = Change(
             jump.at + first, float(time[jump.at]), (low + first, high + first), (float(time[low]), float(time[high])),
-            math.exp(min(jump.log_odds, 700.0)), moved(jump, self.inputs), jump.input if jump.kind == GAIN else -1,
-            moved(jump.as_factor(), self.inputs) if jump.kind == GAIN else "",
+            math.exp(min(jump.log_odds, 700.0)), self._moved(jump), jump.input if jump.kind == GAIN else -1,
+            self._moved(jump.as_factor()) if jump.kind == GAIN else "",
         )  # fmt: skip
         self.count += 1
         self.changes = surest([*self.changes, self.last])
+
+    def _moved(self, jump: Jump) -> str:
+        """Return what jumped, as a phrase."""
+        if jump.rival is not None:
+            return f"the plant's response changed: {moved(jump, self.inputs)}, or {moved(jump.rival, self.inputs)}"
+        if jump.kind != SPEED or self.hindsight is None:
+            return moved(jump, self.inputs)
+        return faster_or_slower(slowed_by(self.hindsight.response, jump.input), self.inputs, self.table)
+
+
+def faster_or_slower(found: Slowed, inputs, table=None) -> str:
+    """Return how much longer, or less long, a plant takes to answer, as a phrase; ``table`` says how long that is."""
+    way, (low, high) = "slower" if found.factor > 1 else "faster", found.interval
+    if found.before is None or found.after is None:
+        return f"the plant became {way}, its time constants {found.factor:.3g} times as long ({low:.3g} to {high:.3g})"
+    after, before = (_span(one, table) for one in (found.after, found.before))
+    return (
+        f"the plant became {way}: 63 % of the answer to a step of {inputs[found.input]} took {after}, before {before}"
+    )
+
+
+def _span(span, table) -> str:
+    """Return a number of samples and its interval."""
+    if table is None:
+        return f"{span.time:.3g} ({span.low:.3g} to {span.high:.3g}) samples"
+    said, between = table.lasting_between(*(table.dt * moment for moment in span))
+    return f"{said} ({between})"
 
 
 def unheld(y, u) -> np.ndarray:
@@ -117,6 +148,8 @@ def surest(changes, most: int = MOST) -> list[Change]:
 def moved(jump: Jump, inputs) -> str:
     """Return what jumped, as a phrase."""
     a, b = jump.before, jump.after
+    if jump.kind == SPEED:
+        return f"the plant became {'slower' if b > a else 'faster'}, its time constants {b / a:.3g} times as long"
     if jump.kind == LEVEL:
         return f"the level {'rose' if b > a else 'fell'} by {abs(b - a):.3g}"
     if jump.kind == GAIN and jump.is_factor:

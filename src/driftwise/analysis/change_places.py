@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
-from ..models.filtering import filter_rows, linear_filter
+from .change_effects import GAIN, LEVEL, NUMBERS, SPEED, part_of, scanner, share
 from .noise_jumps import EDGE, LEAST
 from .response import Response
-from .response_record import delayed, huber, long_run, long_run_of
+from .response_record import huber, long_run, long_run_of
 
 APART = 10  # samples between two changes
 ENOUGH = 6  # samples after a change, at least, for each of its numbers: fewer may all be outliers
@@ -23,8 +21,6 @@ LIKELY = 10.0  # nats from the likeliest place within which others are looked at
 ROUND_OFF = 1e-9  # of what a change takes
 KNOWN = 0.7  # of the size of what is left beside white noise, to which a level that is fitted anew must bring it
 ENDS = 0.5  # log odds that the ends of a grid may add
-LEVEL, GAIN = "level", "gain"
-NUMBERS = {LEVEL: 1, GAIN: 2}  # of a change: a gain has the point about which it turns
 
 
 class Place(NamedTuple):
@@ -46,142 +42,6 @@ class Place(NamedTuple):
     middle: int
 
 
-def kinds(now: Response) -> list[tuple[str, int]]:
-    """Return what may change in a response: its level, and the gain of each input."""
-    return [(LEVEL, 0), *((GAIN, i) for i in range(len(now.b)))]
-
-
-def effects(now: Response, kind: str, i: int, places) -> list[np.ndarray]:
-    """Return what a change at each of some samples does to y per unit, whitened, (places, rows) each.
-
-    A gain turns about a point that nobody knows: the second is what the level moves with it.
-    """
-    places, step = np.asarray(places)[:, None], np.ones((len(now.record.y), 1))
-    if kind == LEVEL:
-        return [later(now, step, places)]
-    driven = now.drives[i] * (np.arange(len(step)) >= places)
-    own = now.whitened(linear_filter([1.0], now.denominator, driven.T).T)
-    return [own, later(now, linear_filter([1.0], now.denominator, step), places)]
-
-
-def later(now: Response, response, places) -> np.ndarray:
-    """Return what comes of the first sample, (T, 1), whitened, as it comes of each of the places (.., 1): shifted."""
-    first, T = linear_filter(now.white, [1.0], response), len(response)
-    return now.scaled(np.append(np.zeros(T), first)[T - places + now.needed])
-
-
-def scanner(now: Response, kind: str, i: int, r) -> Callable[[np.ndarray], np.ndarray]:
-    """Return what a change at places takes off half the squares of ``r``, (places,), beside all else, as a function.
-
-    It is a response that begins there, `effects`: its product with a signal, for each place, is that signal filtered by
-    it from the end of the record on.
-    """
-    if now.bridge is not None or now.mixing is not None:  # what comes of one place is not shifted to another
-        return partial(one_by_one, now, kind, i, r)
-    T, n, Q, F, A = len(now.used), len(now.rows), now.basis, now.white, np.ones(1)
-    size, targets = np.zeros(T), np.zeros((1 + Q.shape[1], T))
-    size[now.rows] = scale = now.weight / now.deviations
-    ago = T - 1 - now.rows  # what is filtered from the end of the record on lies backwards, too
-    targets[0, ago], targets[1:, ago] = scale * r, scale * Q.T
-    if kind == GAIN:
-        A = now.denominator
-    steps, inside = np.convolve(A, [1.0, -1.0]), Q.T @ r
-    step, power = filter_rows(F, steps, np.eye(1, T))[0], size * size
-    of_step, squared = filter_rows(F, steps, targets), step * step
-    of_input = driven_from(now, i, targets, power, step) if kind == GAIN else None
-
-    def scanned(places) -> np.ndarray:
-        d = of_step[:, T - 1 - places]
-        free = np.array([squared[: T - p] @ power[p:] for p in places.tolist()]) - squares(d[1:])
-        product = d[0] - inside @ d[1:]
-        taken = 0.5 * share(product, free, n) * product
-        if of_input:  # beside the level that moves with it
-            own, own_squares, shared = of_input(places)
-            own_free, own_product = own_squares - squares(own[1:]), own[0] - inside @ own[1:]
-            shared = shared - np.einsum("ij,ij->j", own[1:], d[1:])
-            part = share(shared, free, n)
-            own_free, own_product = own_free - part * shared, own_product - part * product
-            taken = taken + 0.5 * share(own_product, own_free, n) * own_product
-        return taken
-
-    return scanned
-
-
-def squares(x) -> np.ndarray:
-    """Return the sum of squares of each column."""
-    return np.einsum("ij,ij->j", x, x)
-
-
-def one_by_one(now: Response, kind: str, i: int, r, places) -> np.ndarray:
-    """Return the same by what a change at each of the places does to each row."""
-    Q, taken, own = now.basis, np.zeros(len(places)), np.zeros(0)
-    for j, d in enumerate(reversed(effects(now, kind, i, places))):
-        d = d * now.weight
-        d -= (d @ Q) @ Q.T
-        if j:
-            d -= share(np.einsum("pt,pt->p", d, own), np.einsum("pt,pt->p", own, own), len(r))[:, None] * own
-        product = d @ r
-        taken += 0.5 * share(product, np.einsum("pt,pt->p", d, d), len(r)) * product
-        own = d
-    return taken
-
-
-def driven_from(now: Response, i: int, targets, power, step) -> Callable:
-    """Return the products of what an input does from places on with targets (m, T), itself, and steps from there.
-
-    ``targets`` lie backwards, the last sample first.
-
-    What it does from p on is y, what it does in all, less what goes on of all before p: some impulses at p, p + 1, ..
-    through 1/A. ``power`` (T,) weighs squares.
-    """
-    T, F, A, x = len(now.used), now.white, now.denominator, now.drives[i]
-    y, many = filter_rows(F, A, x[None])[0], max(len(F), len(A)) - 1
-    before, weighted = np.arange(1, many + 1), (power * y)[::-1]
-    impulse = filter_rows(np.ones(1), A, np.eye(1, T))[0]
-    targets = np.concatenate([targets, weighted[None]])
-    later = filter_rows(np.ones(1), A, targets)
-    sums = (targets * y[::-1]).cumsum(axis=1)
-    beside = filter_rows(F, np.convolve(A, [1.0, -1.0]), targets[-1:])[0]
-    lasts = min(np.flatnonzero(abs(impulse) > 1e-20 * abs(impulse).max())[-1] + many + 1, T)
-    impulses = np.array([delayed(impulse[:lasts], lag) for lag in range(many)]).reshape(many, lasts)
-    windows = np.lib.stride_tricks.sliding_window_view(np.append(power, np.zeros(lasts)), lasts)
-
-    def from_places(places):
-        past = [np.where(places[:, None] >= before, one[places[:, None] - before], 0.0) for one in (y, x)]
-        q = np.zeros((len(places), many))
-        for lag in range(many):
-            for coefficients, signal in ((A, past[0]), (-F, past[1])):
-                rest = coefficients[lag + 1 :]
-                q[:, lag] -= signal[:, : len(rest)] @ rest
-        at = T - 1 - places
-        ago = at[:, None] - np.arange(many)
-        on, whole = np.where(ago >= 0, later[:, ago], 0.0), sums[:, at]
-        products, own = whole[:-1] - np.einsum("pl,mpl->mp", q, on[:-1]), whole[-1]
-        tails, weights = q @ impulses, windows[places]
-        own = own - 2 * np.einsum("pl,pl->p", q, on[-1]) + np.einsum("pt,pt,pt->p", tails, tails, weights)
-        return products, own, beside[at] - np.einsum("pt,pt->p", tails * step[:lasts], weights)
-
-    return from_places
-
-
-def part_of(now: Response, kind: str, i: int, at: int, r) -> tuple[np.ndarray, np.ndarray]:
-    """Return the part of ``r`` (rows,) that a change takes, and what a unit of it does to the rows beside all else."""
-    Q, part, own = now.basis, np.zeros(len(r)), np.zeros(0)
-    for j, d in enumerate(reversed(effects(now, kind, i, [at]))):
-        d = d[0] * now.weight
-        d -= Q @ (Q.T @ d)
-        if j:
-            d -= share(d @ own, own @ own, len(d)) * own
-        part, own = part + share(d @ r, d @ d, len(d)) * d, d
-    return part, own
-
-
-def share(product, free, rows: int):
-    """Return products with directions as multiples of these, whose squares are ``free``; 0 of what is not free."""
-    is_free = free > 1e-9 * rows
-    return np.where(is_free, product / np.where(is_free, free, 1.0), 0.0)
-
-
 class Look(NamedTuple):
     """What a change takes off half the squares at some places: of a coarse grid, and of what is near the likeliest.
 
@@ -196,6 +56,11 @@ class Look(NamedTuple):
     fine: np.ndarray
     finer: np.ndarray
 
+    @property
+    def best(self) -> int:
+        """The likeliest; of places without a row between them the last."""
+        return int(self.fine[np.flatnonzero(self.finer >= (1 - ROUND_OFF) * float(self.finer.max()))[-1]])
+
 
 def onsets_of(now: Response, kind: str, low: int, high: int) -> np.ndarray:
     """Return the samples from one to another at which a change may begin, each with effects of its own.
@@ -204,7 +69,7 @@ def onsets_of(now: Response, kind: str, low: int, high: int) -> np.ndarray:
     the plant meanwhile is seen afterwards. An onset may be no row: what whitens it was not measured.
     """
     every = np.arange(low, high + 1)
-    return every if kind == GAIN else every[now.used[low : high + 1]]
+    return every if kind != LEVEL else every[now.used[low : high + 1]]
 
 
 def look_for(now: Response, kind: str, i: int, hint: int = -1) -> Look | None:
@@ -226,24 +91,29 @@ def _look_for(now: Response, kind: str, i: int, hint: int) -> Look | None:
     if n < 2 * LEAST + 1:
         return None
     edge = min(LEAST, n // EDGE)  # what a plant begins with looks like a step
-    low, high = int(rows[edge]), int(rows[n - min(edge, ENOUGH * NUMBERS[kind])])
+    first, last = edge, min(edge, ENOUGH * NUMBERS[kind])
+    if kind == SPEED:  # few moves say little of how fast a plant is
+        first = last = n // EDGE
+    low, high = int(rows[first]), int(rows[n - last])
     seen = onsets_of(now, kind, low, high)
     others = now.dates
-    r = now.left * now.weight
-    r = r - now.basis @ (now.basis.T @ r)
+    r = beside_all(now)
     grid = seen[np.linspace(0, len(seen) - 1, min(PLACES, len(seen))).astype(int)]
     if hint >= 0:
         about = int(np.searchsorted(seen, hint))
         grid = np.concatenate([grid, seen[max(about - NEAR // 4, 0) : about + NEAR // 4]])
-    grid = apart(np.unique(grid), others, hint)
-    if not len(grid):
-        return None
-    scanned = scanner(now, kind, i, r)
+    own = [hint, *(now.speeds if kind == GAIN else (at for _, at in now.gains) if kind == SPEED else ())]
+    grid = apart(np.unique([*grid, *(at for at in own if low <= at <= high)]), others, own)
+    return looked(grid, seen, r, scanner(now, kind, i, r), others, own) if len(grid) else None
+
+
+def looked(grid, seen, r, scanned, others, own) -> Look:
+    """Return what a change takes at a grid of places, and near the likeliest of them."""
     taken = scanned(grid)
     best = int(np.argmax(taken))
     likely = np.flatnonzero(taken > taken[best] - LIKELY)
     looks = [between(seen, grid, *ends) for ends in ((best, best), (likely[0], likely[-1]))]
-    fine = apart(np.unique(np.concatenate([*looks, grid[best : best + 1]])), others, hint)
+    fine = apart(np.unique(np.concatenate([*looks, grid[best : best + 1]])), others, own)
     return Look(seen, r, grid, taken, fine, scanned(fine))
 
 
@@ -252,13 +122,23 @@ def place(now: Response, kind: str, i: int, hint: int = -1, least: float = -math
     found = look_for(now, kind, i, hint)
     if found is None:
         return None
-    (seen, r, grid, taken, fine, finer), n = found, len(now.rows)
-    most = float(finer.max())
-    tried, paid = math.log(2 + len(now.b)), NUMBERS[kind] * 0.5 * math.log(n)
-    if not most > 0 or max(most, taken.max()) + ENDS - paid - tried < least:  # at most, with calm scores
+    most, tried = float(found.finer.max()), math.log(2 + len(now.b))
+    paid = NUMBERS[kind] * 0.5 * math.log(len(now.rows))
+    if not most > 0 or max(most, found.taken.max()) + ENDS - paid - tried < least:  # at most, with calm scores
         return None
-    at = int(np.flatnonzero(finer >= (1 - ROUND_OFF) * most)[-1])  # of places without a row between them the last
-    d, own = part_of(now, kind, i, int(fine[at]), r)
+    d, own = part_of(now, kind, i, found.best, found.left)
+    return judged(found, kind, d, own, tried)
+
+
+def judged(found: Look, kind: str, d, own, tried: float) -> Place:
+    """Return the likeliest place of a look and its odds; ``d`` (rows,) is what the change takes there of what is left.
+
+    ``own`` (rows,) is what a unit of it does beside the level that moves with it, ``tried`` what its odds pay for.
+    """
+    seen, r, grid, taken, fine, finer = found
+    n, at = len(r), found.best
+    paid = NUMBERS[kind] * 0.5 * math.log(n)
+    most = float(finer[fine == at][0])
     calm = max(long_run(d * (r - d)) / max(float(np.mean(d**2)), 1e-300), 1.0)
     lone = 0.5 * float(r[int(np.argmax(abs(d)))] ** 2)  # what a shock of one sample would explain
     beside = (grid < fine[0]) | (grid > fine[-1])
@@ -273,8 +153,14 @@ def place(now: Response, kind: str, i: int, hint: int = -1, least: float = -math
     odds = whole
     if kind == GAIN:  # what the level moves with it is no evidence that the gain did
         odds = min(odds, float(0.5 * share(own @ r, own @ own, n) * (own @ r)) / calm - 0.5 * math.log(n))
-    slow, odds = odds - tried, min(odds, (float(finer[at]) - lone) / calm) - tried
-    return Place(int(fine[at]), (first, last), odds, float(finer[at]), calm, whole - tried, slow, middle)
+    slow, odds = odds - tried, min(odds, (most - lone) / calm) - tried
+    return Place(at, (first, last), odds, most, calm, whole - tried, slow, middle)
+
+
+def beside_all(now: Response) -> np.ndarray:
+    """Return what is left at the rows, weighed, and not explained by any number of the response, (rows,)."""
+    r = now.left * now.weight
+    return r - now.basis @ (now.basis.T @ r)
 
 
 def between(seen, grid, first: int, last: int) -> np.ndarray:
@@ -284,12 +170,12 @@ def between(seen, grid, first: int, last: int) -> np.ndarray:
     return found[:: max(len(found) // NEAR, 1)]
 
 
-def apart(places, others, own: int = -1) -> np.ndarray:
+def apart(places, others, own=()) -> np.ndarray:
     """Return the places that are not beside another change: what is left there is what its date is wrong by.
 
-    ``own`` : the place of a change that is fitted beside them
+    ``own`` : places that are looked at all the same: of a change that is fitted beside them, or that may come with one
     """
-    return places[np.all(abs(places[:, None] - others) >= APART, axis=1) | (places == own)]
+    return places[np.all(abs(places[:, None] - others) >= APART, axis=1) | np.isin(places, own)]
 
 
 def lacking(now: Response, part: str, j: int) -> Response:
@@ -301,9 +187,45 @@ def lacking(now: Response, part: str, j: int) -> Response:
 
 def located(now: Response, part: str, j: int) -> Place | None:
     """Return where a change of a response is, beside all else of it, and its odds."""
+    if part == "speeds":
+        return located_speed(now, j)
     kind, i = (LEVEL, 0) if part == "levels" else (GAIN, now.gains[j][0])
     less = lacking(now, part, j)
     return place(less, kind, i, now.levels[j] if kind == LEVEL else now.gains[j][1])
+
+
+def located_speed(now: Response, j: int) -> Place | None:
+    """Return where a response becomes faster or slower, and the odds against one that does not, fitted anew.
+
+    How fast a plant is moves it by no straight line: each date is tried as it is, the size of the change kept.
+    """
+    rows, n = now.rows, len(now.rows)
+    if n < 2 * LEAST + 1:
+        return None
+    less = now.without("speeds", j).refined()
+    less.cache["weight"] = now.weight
+    edge, at, Q = n // EDGE, now.speeds[j], now.basis
+    seen, r = np.arange(rows[edge], rows[n - edge] + 1), beside_all(less)
+
+    def left(place: int) -> np.ndarray:
+        speeds = (*now.speeds[:j], place, *now.speeds[j + 1 :])
+        found = replace(now, speeds=speeds, cache=now.of_noise()).left * now.weight
+        return found - Q @ (Q.T @ found)
+
+    def scanned(places) -> np.ndarray:
+        return 0.5 * (r @ r - np.array([one @ one for one in map(left, places.tolist())]))
+
+    own = [at, *(since for _, since in now.gains)]
+    grid = seen[np.linspace(0, len(seen) - 1, min(PLACES, len(seen))).astype(int)]
+    grid = np.unique([*grid, *range(max(at - NEAR // 4, seen[0]), min(at + NEAR // 4, seen[-1] + 1))])
+    grid = apart(grid, np.delete(now.dates, len(now.levels) + len(now.gains) + j), own)
+    if not len(grid):
+        return None
+    found = looked(grid, seen, r, scanned, np.delete(now.dates, len(now.levels) + len(now.gains) + j), own)
+    if not found.finer.max() > 0:
+        return None
+    d = r - left(found.best)
+    return judged(found, SPEED, d, d, math.log(2 + len(now.b)))
 
 
 def standing(now: Response, part: str, j: int) -> Place | None:

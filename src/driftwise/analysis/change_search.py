@@ -9,20 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from .change_places import (
-    GAIN,
-    LEVEL,
-    LONG,
-    NEAR,
-    Place,
-    colourless,
-    kinds,
-    levelled,
-    located,
-    place,
-    standing,
-    worth,
-)
+from .change_effects import GAIN, LEVEL, SPEED, ways
+from .change_places import LONG, NEAR, Place, colourless, levelled, located, place, standing, worth
 from .noise_jumps import LEAST, PIECES, SURE, noisy
 from .onsets import abrupt
 from .pairs import joined
@@ -35,6 +23,7 @@ from .walks import walk
 HOPE = 3.0  # log odds from which a change is tried
 STEPS = 4  # by which the frequency of a line is sharpened
 MOVES = 3  # times that dates are moved at the end
+CHANGES = {LEVEL: "levels", GAIN: "gains", SPEED: "speeds"}  # the part of a response that has those of a kind
 EVEN = 6.0  # of the criterion: of changes no further apart, the surest is taken
 
 
@@ -46,6 +35,7 @@ def searched(now: Response) -> Response:
             break
         if (
             len(now.b)
+            and not now.speeds
             and (again := respond(stripped(now), is_again=True)) is not None
             and again.criterion < now.criterion
         ):
@@ -107,7 +97,7 @@ def without_weak(now: Response) -> tuple[Response, list[tuple[str, int, Place]]]
     """Return a response without changes that are not sure beside the others, and the places of those that are."""
     while True:
         found: list[tuple[str, int, Place]] = []
-        changes = [("levels", j) for j in range(len(now.levels))] + [("gains", j) for j in range(len(now.gains))]
+        changes = [(part, j) for part in CHANGES.values() for j in range(len(getattr(now, part)))]
         for part, j in changes:
             where = standing(now, part, j)
             if where is None:
@@ -138,7 +128,7 @@ def beside(now: Response, at: int) -> Iterator[tuple[str, int]]:
     """Yield the changes that are less than `NEAR` samples from a sample; none of a long record."""
     if len(now.used) >= LONG:
         return
-    for part in ("levels", "gains"):
+    for part in CHANGES.values():
         for k in range(len(getattr(now, part))):
             if abs(date(now, part, k) - at) < NEAR:
                 yield part, k
@@ -146,13 +136,13 @@ def beside(now: Response, at: int) -> Iterator[tuple[str, int]]:
 
 def date(now: Response, part: str, j: int) -> int:
     """Return the first sample of a change."""
-    return now.levels[j] if part == "levels" else now.gains[j][1]
+    return now.gains[j][1] if part == "gains" else getattr(now, part)[j]
 
 
 def dated(now: Response, part: str, j: int, at: int) -> Response:
     """Return a response with one of its changes at another sample, where it is likelier there."""
     dates: list[Any] = list(getattr(now, part))
-    new = at if part == "levels" else (dates[j][0], at)
+    new = (dates[j][0], at) if part == "gains" else at
     if dates[j] == new:
         return now
     dates[j] = new
@@ -164,7 +154,7 @@ def dated(now: Response, part: str, j: int, at: int) -> Response:
 def alternatives(now: Response):
     """Yield (log odds, response) of what might be added to a response."""
     bare = colourless(now)
-    for kind, i in kinds(now):
+    for kind, i in ways(now):
         seen: list[int] = []
         # a noise that was learnt beside a jump has taken it for its colour; beside none, what is slow looks like one
         anew = [(levelled(now), SURE)] if kind == LEVEL else []
@@ -225,8 +215,9 @@ def tried(now: Response, kind: str, i: int, at: int, size: float = 0.0):
     about = [at, *(date(now, *one) for one in beside(now, at))]
     now = now.with_all_near(min(about), max(about))  # what lasts but from one change to the next looks like outliers
     for _ in range(2):
-        other = (now.with_level(at, size) if kind == LEVEL else now.with_gain(i, at, size)).settled(1)
-        part, j = ("levels", len(now.levels)) if kind == LEVEL else ("gains", len(now.gains))
+        part = CHANGES[kind]
+        j = len(getattr(now, part))
+        other = with_change(now, kind, i, at, size).settled(1)
         found = located(other, part, j)
         if (found is None or found.log_odds < SURE) and (again := redated(other, part, j)) is not other:
             other = again
@@ -241,6 +232,13 @@ def tried(now: Response, kind: str, i: int, at: int, size: float = 0.0):
         other = less.settled(1) if is_long else less
         found = located(other, part, j)
     return (found.log_odds, other) if found else None
+
+
+def with_change(now: Response, kind: str, i: int, at: int, size: float = 0.0) -> Response:
+    """Return a response with one change more, not fitted yet."""
+    if kind == GAIN:
+        return now.with_gain(i, at, size)
+    return now.with_level(at, size) if kind == LEVEL else now.with_speed(at, size)
 
 
 def weighed(other: Response, part: str, many: int):

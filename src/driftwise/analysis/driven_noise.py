@@ -6,7 +6,8 @@ import math
 
 import numpy as np
 
-from .change_places import GAIN, LEVEL, NEAR, Place, lacking, part_of
+from .change_effects import GAIN, LEVEL, SPEED, part_of
+from .change_places import NEAR, Place, lacking
 from .response import Response
 from .response_record import HUBER
 
@@ -78,9 +79,22 @@ def by_moves(now: Response, j: int, where: Place) -> Place:
     if not are_missed(now, i):
         return where
     less = lacking(now, "gains", j)
-    own = part_of(less, GAIN, i, where.at, now.left)[1]
+    return _by_moves(less, GAIN, i, moved(now, i), now.nk[i], where)
+
+
+def speed_by_moves(now: Response, j: int, where: Place) -> Place:
+    """Return the same of a plant that becomes faster or slower, by the moves of inputs of which some are missed."""
+    for i in range(len(now.b)):
+        if are_missed(now, i):
+            where = _by_moves(now.without("speeds", j).refined(), SPEED, 0, moved(now, i), now.nk[i], where)
+    return where
+
+
+def _by_moves(less: Response, kind: str, i: int, size, late: int, where: Place) -> Place:
+    """Return the place of a change that a response is without, counted by moves of a ``size`` (T,) that act late."""
+    own = part_of(less, kind, i, where.at, less.left)[1]
     r = less.left * less.weight
-    after = np.searchsorted(np.flatnonzero(moved(now, i)) + now.nk[i], now.rows, side="right")
+    after = np.searchsorted(np.flatnonzero(size) + late, less.rows, side="right")
     free, score = (np.bincount(after, own * x) for x in (own, r - less.basis @ (less.basis.T @ r)))
     part = free / max(float(free.sum()), 1e-300)
     apart = (score - part * score.sum()) ** 2 / np.maximum(1 - part, 1e-9)

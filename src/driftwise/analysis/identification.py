@@ -283,7 +283,7 @@ class Finder:
         self.summary: Any = None
         self.forecast_summary: Any = None
         self.own_summary: Any = None
-        self.log = ChangeLog(table.inputs, table.sampling.kind == "irregular", seasons)
+        self.log = ChangeLog(table.inputs, table.sampling.kind == "irregular", seasons, table)
 
     def add(self, time, y, u) -> tuple[AverageTrace, ParameterTrace]:
         """Take in the next piece; return its forecast and the trace of the chosen model."""

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..models.filtering import linear_filter
-from .change_places import later
+from .change_effects import later
 from .held_model import filled
 from .response import Response
 from .response_orders import begin

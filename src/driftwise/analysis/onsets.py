@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from .change_places import share
+from .change_effects import share
 from .noise_jumps import LEAST, SURE
 from .response import Response
 

@@ -9,7 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .change_places import APART, GAIN, LEVEL, LONG, NEAR, NUMBERS, Place, effects, kinds
+from .change_effects import GAIN, LEVEL, NUMBERS, effects, kinds
+from .change_places import APART, LONG, NEAR, Place
 from .response import Response
 from .response_orders import cleaned
 

@@ -115,6 +115,10 @@ class Response(Whitened):
         """Return the same with a gain that moves along a straight line."""
         return self.widened("ramps", 0.0, ramps=(*self.ramps, i))
 
+    def with_speed(self, since: int, size: float = 0.0) -> Response:
+        """Return the same of a plant that becomes faster or slower at a sample."""
+        return self.widened("speeds", size, speeds=(*self.speeds, since))
+
     def with_bend(self, i: int) -> Response:
         """Return the same with an input that bends."""
         return self.widened("bends", np.zeros(len(self.record.shapes[i])), bent=(*self.bent, i))
@@ -152,5 +156,5 @@ class Response(Whitened):
     @property
     def dated_criterion(self) -> float:
         """The criterion with the dates of changes, which cost twice a number each (Zhang and Siegmund, 2007)."""
-        dates = len(self.levels) + len(self.gains)
+        dates = len(self.levels) + len(self.gains) + len(self.speeds)
         return self.criterion + 2 * dates * math.log(self.measured)

@@ -12,8 +12,18 @@ import numpy as np
 from ..models.filtering import linear_filter
 from .copies import Copies, copies
 from .response_record import Record, delayed
+from .speeds import MOST, STEP, Piece, moved_by, passed, pieces, slowed
 
-PARTS = "bends", "gains", "shifts", "ramps", "start", "columns", "levels"  # of the numbers beside A and B, in order
+PARTS = (
+    "bends",
+    "gains",
+    "shifts",
+    "ramps",
+    "speeds",
+    "start",
+    "columns",
+    "levels",
+)  # of the numbers beside A and B, in order
 KEPT = "placed", "beside", "rows", "bridge", "gaps", "mixing", "deviations", "aside"  # .. of its parts and noise
 OF_MEAN = "placed", "drives", "before", "inner", "beside", "mean"  # of what is known, by others of the same mean
 EDGE = 0.9998  # of a pole, at most
@@ -41,9 +51,11 @@ class Mean:
     gains : (input, first sample) of each gain that changed
     ramps : inputs whose gain moves along a straight line
     levels : the first sample of each step of the level
+    speeds : the first sample of each stretch in which the plant is faster or slower than before
     columns : (m, T) what else moves the level: a constant, a trend, a season
     more : numbers of bends, gains, shifts (what the level moved with a gain, which turns about
-        an unknown point), ramps, start (the plant at the first sample), columns, levels
+        an unknown point), ramps, speeds (logarithms of what the time constants were before, of what they are
+        then), start (the plant at the first sample), columns, levels
     """
 
     record: Record
@@ -56,6 +68,7 @@ class Mean:
     gains: tuple[tuple[int, int], ...] = ()
     levels: tuple[int, ...] = ()
     ramps: tuple[int, ...] = ()
+    speeds: tuple[int, ...] = ()
     cache: dict = field(default_factory=dict, compare=False, repr=False)
 
     @property
@@ -77,7 +90,7 @@ class Mean:
     @property
     def dates(self) -> np.ndarray:
         """The first samples of all changes."""
-        return np.array([*self.levels, *(since for _, since in self.gains)])
+        return np.array([*self.levels, *(since for _, since in self.gains), *self.speeds])
 
     def of_mean(self) -> dict:
         """Return what is kept of the same mean beside another noise."""
@@ -89,7 +102,7 @@ class Mean:
 
         A pair has to do so within the record: one that swings all along is a disturbance, to be told as one.
         """
-        if not dies_out(self.a.tolist(), EDGE):
+        if not dies_out(self.a.tolist(), EDGE) or not self.is_slow_enough:
             return False
         most = 1 - RINGS / len(self.record.y)
         if len(self.a) < 2 or dies_out(self.a.tolist(), most):  # no pole is out there, so no pair is
@@ -100,15 +113,24 @@ class Mean:
         return not np.any(abs(poles[abs(poles.imag) > 1e-9]) > most)
 
     @property
+    def is_slow_enough(self) -> bool:
+        """Whether no factor of its time constants is beyond all measure, and what inputs did dies out before, too."""
+        if not self.speeds:
+            return True
+        if np.any(abs(self.more[self.placed()["speeds"]]) > MOST):
+            return False
+        return all(dies_out(piece.a[1:].tolist(), EDGE) for piece in self.stretches)
+
+    @property
     def parts(self) -> tuple:
         """What changes, bends or swings in it."""
-        return self.bent, self.gains, self.levels, self.ramps, len(self.columns)
+        return self.bent, self.gains, self.levels, self.ramps, self.speeds, len(self.columns)
 
     def placed(self) -> dict[str, slice]:
         """Return where the parts of ``more`` are."""
         if "placed" not in self.cache:
             bends = sum(len(self.record.shapes[i]) for i in self.bent)
-            many = [bends, len(self.gains), len(self.gains), len(self.ramps), len(self.a)]
+            many = [bends, len(self.gains), len(self.gains), len(self.ramps), len(self.speeds), len(self.a)]
             ends = list(accumulate([0, *many, len(self.columns), len(self.levels)]))
             self.cache["placed"] = dict(zip(PARTS, starmap(slice, pairwise(ends))))
         return self.cache["placed"]
@@ -172,6 +194,55 @@ class Mean:
             self.cache["before"] = copies(list(self._before()))
         return self.cache["before"]
 
+    @property
+    def stretches(self) -> list[Piece]:
+        """The denominators, one after the other."""
+        if "stretches" not in self.cache:
+            self.cache["stretches"] = pieces(self.denominator, self.speeds, self.more[self.placed()["speeds"]])
+        return self.cache["stretches"]
+
+    def answered(self, x) -> np.ndarray:
+        """Return what comes of signals (k, T), or (T,), through 1/A, as it was at each sample."""
+        return passed(self.stretches, x)
+
+    @property
+    def drive(self) -> np.ndarray:
+        """What inputs, and what moves with their gains, put into 1/A, (T,)."""
+        if "drive" not in self.cache:
+            x, at = np.zeros(len(self.record.y)), self.placed()
+            for i, driven in enumerate(self.drives):
+                x += self.factor(i) * driven if i in self.moving else driven
+            for (_, since), shift in zip(self.gains, self.more[at["shifts"]]):
+                x[since:] += shift
+            self.cache["drive"] = x
+        return self.cache["drive"]
+
+    def faster(self) -> np.ndarray:
+        """Return what enters 1/A at each sample, (T,), where the plant is slower there, per unit of the logarithm."""
+        others = [piece._replace(a=slowed(piece.a, STEP)) for piece in self.stretches]
+        others = [piece._replace(hold=piece.a.sum() / self.denominator.sum()) for piece in others]
+        return moved_by(self.stretches, others, STEP, self.drive, self.inner)
+
+    def slopes(self) -> np.ndarray:
+        """Return the slopes of all parameters but those of `beside`, (P, T), where the plant becomes faster or slower.
+
+        Those of A and of the speeds are of numbers that move the denominators of all stretches before.
+        """
+        at, T, n = self.placed(), len(self.record.y), len(self.a)
+        values, found = self.more[at["speeds"]], []
+        for j in range(n):
+            a = self.denominator
+            a[j + 1] += STEP
+            found.append(moved_by(self.stretches, pieces(a, self.speeds, values), STEP, self.drive, self.inner))
+        by_speed = []
+        for j in range(len(values)):
+            others = pieces(self.denominator, self.speeds, values + STEP * np.eye(1, len(values), j)[0])
+            by_speed.append(moved_by(self.stretches, others, STEP, self.drive, self.inner))
+        before = np.array([delayed(self.before.signals[k], late) for k, late in self.before.places[: -n or None]])
+        starts = passed(self.stretches, np.eye(n, T), is_held=False)
+        inside = passed(self.stretches, np.array([*found, *by_speed]), is_held=False)
+        return np.concatenate([inside[:n], self.answered(before), inside[n:], starts])
+
     def _before(self) -> Iterator[tuple[np.ndarray, Iterable[int]]]:
         T, moving = len(self.record.y), self.moving
         t = np.arange(T)
@@ -194,13 +265,12 @@ class Mean:
     def inner(self) -> np.ndarray:
         """What comes out of 1/A, (T,)."""
         if "inner" not in self.cache:
-            x, at = np.zeros(len(self.record.y)), self.placed()
-            for i, driven in enumerate(self.drives):
-                x += self.factor(i) * driven if i in self.moving else driven
-            for (_, since), shift in zip(self.gains, self.more[at["shifts"]]):
-                x[since:] += shift
-            x[: len(self.a)] += self.more[at["start"]]
-            self.cache["inner"] = linear_filter([1.0], self.denominator, x)
+            start = np.zeros(len(self.record.y))
+            start[: len(self.a)] += self.more[self.placed()["start"]]
+            if self.speeds:
+                self.cache["inner"] = self.answered(self.drive) + passed(self.stretches, start, is_held=False)
+            else:
+                self.cache["inner"] = linear_filter([1.0], self.denominator, self.drive + start)
         return self.cache["inner"]
 
     @property

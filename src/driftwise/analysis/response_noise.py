@@ -161,6 +161,9 @@ class Whitened(Mean):
 
     def steep(self, more: int = 0) -> np.ndarray:
         """Return the slopes at the rows that count, (rows, P), and ``more`` columns; overwritten by the next call."""
+        if self.speeds:
+            X = np.concatenate([self.whitened(self.slopes()), self.scaled(self.aside[..., self.needed])])
+            return np.ascontiguousarray(np.concatenate([X, np.zeros((more, X.shape[1]))]).T)
         inner = filter_rows(self.white, np.ones(1), -self.inner[None])
         own = Copies(np.concatenate([inner, self.through.signals]), self.slope_places)
         return self.regressors(own, self.aside, more)

@@ -78,7 +78,7 @@ def raised(now: Response) -> Response | None:
     if "raised" in now.cache:
         return now.cache["raised"]
     plain, n = stripped(now), len(now.a) + 1
-    if n > HIGHEST or not is_enough(plain, n):
+    if now.speeds or n > HIGHEST or not is_enough(plain, n):
         return None
     now.cache["raised"] = fitted(plain, (plain, now), n, lags(n))
     return now.cache["raised"]

@@ -8,13 +8,15 @@ from typing import NamedTuple
 import numpy as np
 
 from .beginnings import beginnings
-from .change_places import GAIN, LEVEL, Place, part_of, standing
+from .change_effects import GAIN, LEVEL, SPEED, part_of
+from .change_places import Place, standing
 from .change_search import searched
-from .driven_noise import are_missed, beside_moves, by_moves
+from .driven_noise import are_missed, beside_moves, by_moves, speed_by_moves
 from .growing_noise import Growth, growth
 from .lost_inputs import completed
 from .noise_jumps import LEAST, SURE, NoiseJump
 from .pairs import changes, together
+from .readings import other_reading
 from .response import Response
 from .response_covariance import covariance, without_end
 from .response_orders import grown
@@ -24,25 +26,35 @@ from .walks import best_walk, walked, walks
 
 EDGE, BESIDE = 6, 5.0  # part of a record that is its edge; log odds that chance may take
 NOISE = "noise"
-TOLD = {LEVEL: math.log(1000.0), GAIN: SURE}  # log odds from which one is told: what is slow looks like a level
-AT_ONCE = {LEVEL: math.log(10.0), GAIN: 0.0}  # log odds to a walk from which one is told: a gain's are seldom weak
+TOLD = {
+    LEVEL: math.log(1000.0),
+    GAIN: SURE,
+    SPEED: SURE,
+}  # log odds from which one is told: what is slow looks like a level
+AT_ONCE = {
+    LEVEL: math.log(10.0),
+    GAIN: 0.0,
+    SPEED: 0.0,
+}  # log odds to a walk from which one is told: a gain's are seldom weak
 LARGER = 1.05 ** np.arange(40)  # than the least step of a level, what it is that no walk explains as well
 
 
 class Jump(NamedTuple):
     """A jump: the first sample after it, where that lies in 95 of 100 cases, the log odds, and what jumped.
 
-    A gain of a plant whose answer is not seen to end is none: ``before`` is 1, then, and ``after`` its factor.
+    A gain of a plant whose answer is not seen to end is none: ``before`` is 1, then, and ``after`` its factor. So it is
+    of a speed, where ``after`` says how much longer the plant takes to answer.
     """
 
     at: int
     interval: tuple[int, int]
     log_odds: float
     kind: str
-    input: int  # of a gain
+    input: int  # of a gain; of a speed its place among those of the response
     before: float
     after: float
     is_factor: bool = False
+    rival: Jump | None = None  # the other reading, where a gain and a speed cannot be told apart
 
     def as_factor(self) -> Jump:
         """Return a gain's jump as a factor."""
@@ -83,7 +95,7 @@ class Hindsight(NamedTuple):
     def jumps(self) -> list[Jump]:
         """Return what jumped, in order of time."""
         now, found = self.response, []
-        T, endless = len(now.used), without_end(now, covariance(now)) if now.gains else []
+        endless = without_end(now, covariance(now)) if now.gains else []
         places = {one: where for one in changes(now) if (where := standing(now, *one.of(now)))}
         for (kind, i, since), where in together(now, places).items():
             if kind == LEVEL:
@@ -93,18 +105,40 @@ class Hindsight(NamedTuple):
                 if where.log_odds > SURE and where.slow > TOLD[LEVEL] and is_sudden(now, "levels", j, where):
                     found.append(Jump(where.middle, where.interval, where.log_odds, LEVEL, 0, 0.0, size))
                 continue
-            j, factor = now.gains.index((i, since)), now.factor(i)
+            j = now.gains.index((i, since))
             where = by_moves(now, j, where)
-            gain = now.b[i].sum() / now.denominator.sum() * self.y_scale / self.u_scale[i]
-            before, after = (float(gain * factor[k]) for k in (max(since - 1, 0), min(since, T - 1)))
             if where.log_odds > TOLD[GAIN] and is_sudden(now, "gains", j, where):
-                told = Jump(where.middle, where.interval, where.log_odds, GAIN, i, before, after)
-                found.append(told.as_factor() if endless[i] else told)
+                told = self.gain_jump(now, j, where, endless[i])
+                found.append(told._replace(rival=self.rival(GAIN, j, where)))
+        for j in range(len(now.speeds)):
+            where = standing(now, "speeds", j)
+            where = where and speed_by_moves(now, j, where)
+            if where and where.log_odds > TOLD[SPEED] and is_sudden(now, "speeds", j, where):
+                found.append(speed_jump(now, j, where)._replace(rival=self.rival(SPEED, j, where)))
         for jump in self._noise[1]:
             sizes = jump.before * self.y_scale, jump.after * self.y_scale
             found.append(Jump(jump.at, jump.interval, jump.log_odds, NOISE, 0, *sizes))
         seen = np.flatnonzero(np.isfinite(now.record.y))
-        return sorted(jump if jump.kind == GAIN else unseen(jump, seen) for jump in found)
+        return sorted(jump if jump.kind in (GAIN, SPEED) else unseen(jump, seen) for jump in found)
+
+    def gain_jump(self, now: Response, j: int, where: Place, is_endless: bool) -> Jump:
+        """Return the jump of a gain of a response, the j-th."""
+        (i, since), last = now.gains[j], len(now.used) - 1
+        factor = now.factor(i)
+        gain = now.b[i].sum() / now.denominator.sum() * self.y_scale / self.u_scale[i]
+        before, after = (float(gain * factor[k]) for k in (max(since - 1, 0), min(since, last)))
+        told = Jump(where.middle, where.interval, where.log_odds, GAIN, i, before, after)
+        return told.as_factor() if is_endless else told
+
+    def rival(self, kind: str, j: int, where: Place) -> Jump | None:
+        """Return the other reading of a gain or a speed that changed, where both are as likely."""
+        found = other_reading(self.response, kind, j, where)
+        if found is None:
+            return None
+        other, now = found[0], found[2]
+        if other == SPEED:
+            return speed_jump(now, len(now.speeds) - 1, where)
+        return self.gain_jump(now, len(now.gains) - 1, where, is_endless=True)
 
     def visible(self) -> Visible | None:
         """Return the smallest jumps that would have been told; None where too few samples follow each other."""
@@ -130,6 +164,12 @@ class Hindsight(NamedTuple):
         return Visible(sizes[0] * self.y_scale, tuple(sizes[1:]), noise)
 
 
+def speed_jump(now: Response, j: int, where: Place) -> Jump:
+    """Return the jump of a speed of a response, the j-th."""
+    factor = math.exp(-float(now.more[now.placed()["speeds"].start + j]))
+    return Jump(where.middle, where.interval, where.log_odds, SPEED, j, 1.0, factor)
+
+
 def beside_rounding(now: Response, factor: float) -> float:
     """Return by what factor the noise itself falls where all that is left falls by one: rounding stays as it is."""
     share = min(now.record.floor**2 * float(now.white @ now.white) / float(np.median(now.sigma)) ** 2, 1.0)
@@ -149,7 +189,10 @@ def sudden(now: Response, d, calm: float, least: float) -> float:
 
 def is_sudden(now: Response, part: str, j: int, where: Place) -> bool:
     """Whether a change is likelier to have come at once than as a walk."""
-    return where.whole > walked(now, part, j, where.calm) + AT_ONCE[LEVEL if part == "levels" else GAIN]
+    return (
+        where.whole
+        > walked(now, part, j, where.calm) + AT_ONCE[LEVEL if part == "levels" else GAIN if part == "gains" else SPEED]
+    )
 
 
 def unseen(jump: Jump, seen) -> Jump:
@@ -181,7 +224,7 @@ def hindsight(y, *readings, seasons: tuple[int, ...] = ()) -> Hindsight | None:
     weights (Newey and West, 1987), and samples far off count less (Huber, 1964), so that neither tails nor a colour
     that was not seen make jumps. The odds are those of a change anywhere in the record, beside all others.
 
-    Bad at: slow drift that is no straight line; changes close together; plants whose poles move.
+    Bad at: slow drift that is no straight line; changes close together; one of several poles that jumps alone.
     """
     if np.isfinite(y).sum() <= 2 * LEAST:
         return None

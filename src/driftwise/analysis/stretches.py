@@ -6,7 +6,8 @@ import math
 
 import numpy as np
 
-from .change_places import LEVEL, PLACES, apart, effects
+from .change_effects import LEVEL, effects
+from .change_places import PLACES, apart
 from .noise_jumps import LEAST, SURE
 from .response import Response
 from .response_record import long_run

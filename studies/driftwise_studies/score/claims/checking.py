@@ -21,6 +21,7 @@ TRUE, FALSE, VACUOUS, UNCHECKED = "true", "false", "vacuous", "unchecked"
 STRETCH, NEAR, WIDE = 1.5, 0.2, 2.0
 TELLABLE = float(np.log(100.0))  # log odds of the oracle beyond which a change is there for everybody
 FOLLOWS = re.compile(r"level|(Seasonal)?ARX?\(")  # the models that are shown with a memory that follows a change
+FASTER = re.compile(r"the plant became (faster|slower)")
 MONTHS = 0.05  # by which the time between rows may differ from row to row, as that of months
 SLACK = 10  # samples by which a change may be dated wrong, beside the time the plant takes to answer
 
@@ -68,7 +69,7 @@ class Case:
     def tolerance(self) -> float:
         """Steps of the grid by which a change may be dated wrong."""
         plant = self.plant
-        return SLACK * max(self.dt, plant.every) + 2 * plant.time_constants[0] + max(plant.delays)
+        return SLACK * max(self.dt, plant.every) + 2 * plant.slowest + max(plant.delays)
 
 
 def check(case: Case, claim: dict[str, Any]) -> str:
@@ -224,6 +225,8 @@ def _is_larger(case: Case, k: int, visible) -> bool:
         return abs(jump.size) * case.record.unit * case.y_scale > (visible["level"] or np.inf)
     if jump.what == "noise":
         return max(jump.size, 1 / jump.size) > (visible["noise"] or np.inf)
+    if jump.what == "lag":  # of which nothing is said
+        return False
     return abs(jump.size - 1) > visible["gain"].get(case.written.inputs[jump.input], np.inf)
 
 
@@ -235,6 +238,10 @@ def is_told(case: Case, k: int, claim) -> bool:
     if abs(claim["value"] * case.dt - jump.at) > case.tolerance:
         return False
     named = {word for word in ("level", "noise", "gain") if f"the {word} " in subject}
+    if FASTER.search(subject):
+        named.add("lag")
+    if "response changed" in subject:
+        return jump.what in ("gain", "lag")
     if jump.what == "gain" and "gain" in named:
         return f"from {case.written.inputs[jump.input]} " in subject
     return not named or jump.what in named

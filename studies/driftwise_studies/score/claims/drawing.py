@@ -6,10 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from .plant import TROUBLES, Jump, Plant
+from .plant import DRAWN, Jump, Plant
 
 LONGEST = 60  # samples of delay
 MANY = 4  # troubles at once, at most
+LAGGING = (
+    8  # of so many files one has a lag that jumps, too, where no gain does, no controller acts and the clock is regular
+)
 TRIES = 1000  # poles that are drawn in vain until all are drawn anew
 
 
@@ -24,14 +27,16 @@ def draw(seed: int, number: int) -> Plant:
     """
     rng = np.random.default_rng([seed, number, 22])
     if number % 3 == 0:
-        turn = number // 3 % (len(TROUBLES) + 1)
-        troubles = frozenset(TROUBLES[turn - 1 : turn] if turn else ())
+        turn = number // 3 % (len(DRAWN) + 1)
+        troubles = frozenset(DRAWN[turn - 1 : turn] if turn else ())
     else:
-        troubles = frozenset(rng.choice(TROUBLES, rng.integers(1, MANY + 1), replace=False).tolist())
+        troubles = frozenset(rng.choice(DRAWN, rng.integers(1, MANY + 1), replace=False).tolist())
     if "irregular" in troubles:
         troubles -= {"sparse", "missing"}
     slow = 4.0 if troubles & {"irregular", "sparse"} else 1.0
     samples = int(np.exp(rng.uniform(np.log(400), np.log(2500))))
+    lag = _lag(np.random.default_rng([seed, number, 30]), troubles, samples)
+    troubles |= {"lag jump"} if lag else set()
     poles = _poles(rng, int(rng.integers(1, 4)), slow)
     inputs = int(rng.choice([1, 1, 2, 3]))
     many = rng.integers(1, 3, inputs)
@@ -40,8 +45,16 @@ def draw(seed: int, number: int) -> Plant:
         tuple(_shares(rng, int(m)) for m in many), _gains(rng, inputs), _delays(rng, inputs, troubles),
         str(rng.choice(["steps", "steps", "coloured", "white"])), float(rng.choice([0.0, 1.0, 20.0, 300.0])),
         float(np.exp(rng.uniform(np.log(1.5), np.log(30)))), _noise(rng, troubles), float(rng.uniform(0.5, 0.95)),
-        **_troubled(rng, troubles, samples, inputs),
+        **_troubled(rng, troubles, samples, inputs, lag),
     )  # fmt: skip
+
+
+def _lag(rng, troubles, samples: int) -> tuple[Jump, ...]:
+    """Return a jump of all time constants, or of the slowest, by 10 % to threefold, of one file in `LAGGING`."""
+    if rng.integers(LAGGING) or troubles & {"gain jump", "closed loop", "irregular"}:
+        return ()
+    size = np.exp(rng.choice([-1, 1]) * np.log(1.1) * (np.log(3) / np.log(1.1)) ** rng.uniform(0, 1))
+    return (Jump("lag", int(samples * rng.uniform(0.25, 0.85)), float(size), int(rng.integers(2))),)
 
 
 def _poles(rng, n: int, slow: float) -> tuple[complex, ...]:
@@ -85,7 +98,7 @@ def _noise(rng, troubles) -> str:
     return "coloured" if "coloured" in troubles else str(rng.choice(["white", "equation"]))
 
 
-def _troubled(rng, troubles, samples: int, inputs: int) -> dict[str, Any]:
+def _troubled(rng, troubles, samples: int, inputs: int, lag: tuple[Jump, ...]) -> dict[str, Any]:
     """Return the settings of the troubles; each draws its numbers whether it is there or not."""
     at = sorted(int(v) for v in samples * rng.uniform(0.25, 0.85, 3))
     sizes = rng.uniform(0.3, 2.0) * rng.choice([-1.0, 1.0]), float(np.exp(rng.choice([-1, 1]) * rng.uniform(0.25, 1.1)))
@@ -106,4 +119,4 @@ def _troubled(rng, troubles, samples: int, inputs: int) -> dict[str, Any]:
         "missing": ("missing", float(rng.uniform(0.02, 0.25))),
     }
     found = {name: value for name, (trouble, value) in every.items() if trouble in troubles}
-    return found | {"jumps": tuple(jump for jump in jumps if f"{jump.what} jump" in troubles)}
+    return found | {"jumps": tuple(jump for jump in jumps if f"{jump.what} jump" in troubles) + lag}

@@ -18,7 +18,7 @@ from scipy.signal import lfilter
 
 from .hidden_inputs import expected, spread
 from .plant import Plant
-from .simulation import Record, disturbance, numerator, response, slope, step
+from .simulation import Record, disturbance, numerator, response, shaped, slope, step
 
 SURE = 1.96
 
@@ -51,27 +51,34 @@ def ask(plant: Plant, record: Record) -> Oracle:
     slopes = [whiten(_slope(plant, record, theta, sizes, j)) for j in range(len(theta))]
     slopes += [whiten(column) for column in _of_level(plant)]
     marks = [_of_jump(plant, record, theta, sizes, k, base) for k in range(len(sizes))]
-    whitened = [None if mark is None else whiten(mark) for mark in marks]
+    shifts = [None if mark is None else whiten(mark) for mark in marks]
+    whitened = [
+        whiten(_of_lag(plant, record, theta, sizes, k)) if jump.what == "lag" else shift
+        for k, (jump, shift) in enumerate(zip(plant.jumps, shifts))
+    ]
     psi = np.column_stack([*slopes, *(w for w in whitened if w is not None)])
     P = np.linalg.pinv(psi.T @ psi, rcond=1e-13, hermitian=True)
     noise = whiten(np.nan_to_num(record.y) - plant.level - disturbance(plant, record.unit) - base)
     odds, named = [], []
     for k, jump in enumerate(plant.jumps):
-        if (direction := whitened[k]) is None:
+        direction, shift = whitened[k], shifts[k]
+        if direction is None or shift is None:
             odds.append(_noise_odds(plant, record, seen, jump.at, noise, spread_of_y))
             named.append(odds[-1])
             continue
         others = [w for j, w in enumerate(whitened) if w is not None and j != k]
         turn = [whiten(column) for column in _of_turn(plant, jump)]
+        instead = turn or [whiten(column) for column in _of_gains(plant, u, jump)]
         without = [*sizes[:k], 1.0, *sizes[k + 1 :]]  # the slopes of who takes the plant for unchanged
         plain = slopes if jump.what == "level" else [
             whiten(_slope(plant, record, theta, without, j)) for j in range(len(theta))
         ] + slopes[len(theta) :]  # fmt: skip
         with_it = _misfit(noise, [*slopes, *others, direction, *turn])
-        moved = noise + direction * _moved(plant, k, record.unit)
+        moved = noise + shift * _moved(plant, k, record.unit)
         number = 0.5 * np.log(plant.samples)
         odds.append(_misfit(moved, [*plain, *others]) - with_it - (1 + len(turn)) * number)
-        named.append(_misfit(moved, [*plain, *others, *turn]) - with_it - number)
+        more = len(instead) if jump.what == "lag" else 0  # numbers that gains have
+        named.append(_misfit(moved, [*plain, *others, *instead]) - with_it - (1 - more) * number)
     gains, bars, spreads = [], [], []
     for i in range(len(plant.gains)):
         wanted = _gradient(lambda v, i=i: _gain(plant, names, v, i), theta)
@@ -86,11 +93,20 @@ def ask(plant: Plant, record: Record) -> Oracle:
             at = len(slopes) + sum(w is not None for w in whitened[:j])
             g[at] = plant.gains[i] * factor / plant.jumps[j].size
         bars.append(SURE * float(np.sqrt(max(g @ P @ g, 0.0))))
-    P = P[: len(theta), : len(theta)]
+    lags = [k for k, jump in enumerate(plant.jumps) if jump.what == "lag"]
+    every = [*range(len(theta)), *(len(slopes) + sum(w is not None for w in whitened[:k]) for k in lags)]
+    P = P[np.ix_(every, every)]
 
-    def known(read: Callable[[Any], float]) -> tuple[float, float]:
-        g = _gradient(read, theta)
-        return read(theta), SURE * float(np.sqrt(max(g @ P @ g, 0.0)))
+    def known(read: Callable[[Any, list[float]], float]) -> tuple[float, float]:
+        def of(value) -> float:
+            now = list(sizes)
+            for k, size in zip(lags, value[len(theta) :]):
+                now[k] = float(size)
+            return read(value[: len(theta)], now)
+
+        here = np.append(theta, [sizes[k] for k in lags])
+        g = _gradient(of, here)
+        return of(here), SURE * float(np.sqrt(max(g @ P @ g, 0.0)))
 
     slowest = known(partial(_slowest, plant))
     times = [known(partial(_risen, plant, i=i)) for i in range(len(plant.gains))]
@@ -146,6 +162,21 @@ def _of_jump(plant: Plant, record: Record, theta, sizes, k: int, base):
     return (base - _clean(plant, record, theta, other)) / (jump.size - 1.0)
 
 
+def _of_lag(plant: Plant, record: Record, theta, sizes, k: int) -> np.ndarray:
+    """Return the slope by the factor of a lag, as it is."""
+    up, down = ([*sizes[:k], sizes[k] + side, *sizes[k + 1 :]] for side in (1e-5, -1e-5))
+    return (_clean(plant, record, theta, up) - _clean(plant, record, theta, down)) / 2e-5
+
+
+def _of_gains(plant: Plant, u, jump) -> list[np.ndarray]:
+    """Return what a jump of each gain would do instead of a lag's, and what the level moved with it."""
+    if jump.what != "lag":
+        return []
+    step = (np.arange(plant.samples) >= jump.at).astype(float)
+    driven = [lfilter(numerator(plant, i), [1.0], shaped(plant, u[:, i])) * step for i in range(u.shape[1])]
+    return [lfilter([1.0], plant.a, x) for x in (*driven, step)]
+
+
 def _of_turn(plant: Plant, jump) -> list[np.ndarray]:
     """Return what the level moves with a gain: about which value of its input that turns is in no file."""
     step = (np.arange(plant.samples) >= jump.at).astype(float)
@@ -162,7 +193,7 @@ def _misfit(target, columns) -> float:
 def _moved(plant: Plant, k: int, unit: float) -> float:
     """Return the size of a jump in the unit of `_of_jump`."""
     jump = plant.jumps[k]
-    return jump.size - 1.0 if jump.what == "gain" else unit * jump.size
+    return unit * jump.size if jump.what == "level" else jump.size - 1.0
 
 
 def _variance(plant: Plant, record: Record) -> np.ndarray:
@@ -203,20 +234,24 @@ def _gain(plant: Plant, places, theta, i: int) -> float:
 
 def _linear(plant: Plant, u) -> float:
     """Return the slope of the straight line that is nearest to the nonlinearity over what the input did."""
-    from .simulation import shaped
-
     x = u - u.mean()
     return float(x @ shaped(plant, u) / (x @ x))
 
 
-def _slowest(plant: Plant, theta) -> float:
-    return float(-1 / np.log(abs(np.roots(np.append(1.0, theta[: len(plant.poles)]))).max()))
+def _last(plant: Plant, theta, sizes) -> np.ndarray:
+    """Return 1, a1, .. as they are at the end."""
+    n = len(plant.poles)
+    return np.append(1.0, theta[:n] - plant.a[1:] + np.real(np.poly(plant.poles_at(sizes)[-1][1]))[1:])
 
 
-def _risen(plant: Plant, theta, i: int) -> float:
+def _slowest(plant: Plant, theta, sizes) -> float:
+    return float(-1 / np.log(abs(np.roots(_last(plant, theta, sizes))).max()))
+
+
+def _risen(plant: Plant, theta, sizes, i: int) -> float:
     """Return when the answer to a step of input i is 63 % done, between samples on a straight line."""
-    a, b = _built(plant, theta)
-    x = np.ones(int(plant.delays[i] + 10 * plant.time_constants[0] + 20))
+    a, (_, b) = _last(plant, theta, sizes), _built(plant, theta)
+    x = np.ones(int(plant.delays[i] + 10 * plant.slowest + 20))
     y = lfilter(b[i], a, x) / (b[i].sum() / a.sum())
     at = int(np.argmax(y >= 1 - np.exp(-1)))
     return at - (y[at] - (1 - np.exp(-1))) / (y[at] - y[at - 1] if at else y[at])

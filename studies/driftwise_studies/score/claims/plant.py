@@ -6,17 +6,22 @@ from dataclasses import dataclass
 
 import numpy as np
 
-TROUBLES = (
+SLOWEST = 1  # of a lag that jumps: the slowest mode alone
+DRAWN = (
     "level jump", "gain jump", "noise jump", "coloured", "drift", "season", "outliers", "stuck", "quantised",
     "irregular", "sparse", "closed loop", "nonlinear", "delay", "missing",
 )  # fmt: skip
+TROUBLES = *DRAWN, "lag jump"  # the last beside the others, of some files: what else a seed draws is as it was
 
 
 @dataclass(frozen=True)
 class Jump:
-    """What changes at a sample: the level by ``size`` (deviations of y), a gain or the noise by a factor."""
+    """What changes at a sample: the level by ``size`` (deviations of y), a gain, the noise or a lag by a factor.
 
-    what: str  # level, gain or noise
+    A lag is all time constants or, where ``input`` is one, the slowest; gains stay.
+    """
+
+    what: str  # level, gain, noise or lag
     at: int
     size: float
     input: int = 0
@@ -55,6 +60,16 @@ class Plant:
         """1, a1, .. of the common denominator."""
         return np.real(np.poly(self.poles))
 
+    def poles_at(self, sizes=None) -> list[tuple[int, np.ndarray]]:
+        """Return the first sample of each stretch with poles of its own, and these; ``sizes`` of jumps if others."""
+        found, poles = [(0, np.array(self.poles))], np.array(self.poles)
+        for jump, size in zip(self.jumps, [jump.size for jump in self.jumps] if sizes is None else sizes):
+            if jump.what == "lag":
+                least = abs(poles).max() - 1e-9 if jump.input == SLOWEST else 0.0
+                poles = np.where(abs(poles) > least, poles ** (1 / size), poles)
+                found.append((jump.at, poles))
+        return found
+
     @property
     def is_irregular(self) -> bool:
         """Whether rows come at random instants of the grid."""
@@ -66,9 +81,14 @@ class Plant:
         return sorted({float(-1 / np.log(abs(p))) for p in self.poles}, reverse=True)
 
     @property
+    def slowest(self) -> float:
+        """The longest time constant that it ever has, in samples."""
+        return max(float(-1 / np.log(abs(p).max())) for _, p in self.poles_at())
+
+    @property
     def periods(self) -> list[float]:
-        """Period of each oscillation, in samples."""
-        return [float(2 * np.pi / abs(np.angle(p))) for p in self.poles if p.imag > 0]
+        """Period of each oscillation, in samples, as it is at the end."""
+        return [float(2 * np.pi / abs(np.angle(p))) for p in self.poles_at()[-1][1] if p.imag > 0]
 
     @property
     def about(self) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import lfilter
+from scipy.signal import lfilter, lfiltic
 
 from .plant import Plant
 
@@ -50,6 +50,23 @@ def gain_factor(plant: Plant, i: int, sizes=None) -> np.ndarray:
     return factor
 
 
+def through(plant: Plant, x, a=None, sizes=None) -> np.ndarray:
+    """Return what comes of a signal through 1/A, gains held where poles jump; ``a`` at the beginning if another."""
+    stretches = plant.poles_at(sizes)
+    a = plant.a if a is None else a
+    if len(stretches) == 1:
+        return lfilter([1.0], a, x)
+    y = np.zeros(len(x))
+    ends = [first for first, _ in stretches[1:]] + [len(x)]
+    for (first, poles), end in zip(stretches, ends):
+        now = a * 1.0
+        now[1:] += np.real(np.poly(poles))[1:] - plant.a[1:]
+        past = y[max(first - len(a) + 1, 0) : first][::-1]
+        state = lfiltic([1.0], now, past) if len(a) > 1 else None
+        y[first:end] = lfilter([1.0], now, x[first:end] * now.sum() / a.sum(), zi=state)[0]
+    return y
+
+
 def numerator(plant: Plant, i: int) -> np.ndarray:
     """Return B of an input with its delay."""
     b = plant.gains[i] * plant.a.sum() * np.array(plant.numerators[i])
@@ -63,7 +80,7 @@ def response(plant: Plant, u, numerators=None, a=None, sizes=None) -> np.ndarray
     for i in range(u.shape[1]):
         b = numerator(plant, i) if numerators is None else numerators[i]
         x = lfilter(b, [1.0], shaped(plant, u[:, i])) * gain_factor(plant, i, sizes)
-        total += lfilter([1.0], a, x)
+        total += through(plant, x, a, sizes)
     return total
 
 

@@ -1,0 +1,169 @@
+"""What a change of a response does to what is left of it, wherever it comes: its level, a gain, how fast it answers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+
+from ..models.filtering import filter_rows, linear_filter
+from .response import Response
+from .response_record import delayed
+from .speeds import passed
+
+LEVEL, GAIN, SPEED = "level", "gain", "speed"
+NUMBERS = {LEVEL: 1, GAIN: 2, SPEED: 1}  # of a change: a gain has the point about which it turns
+
+
+def kinds(now: Response) -> list[tuple[str, int]]:
+    """Return what may change in a response: its level, and the gain of each input."""
+    return [(LEVEL, 0), *((GAIN, i) for i in range(len(now.b)))]
+
+
+def ways(now: Response) -> list[tuple[str, int]]:
+    """Return the same with how fast it answers, all gains as they are."""
+    return [*kinds(now), *([(SPEED, 0)] if len(now.a) and len(now.b) else [])]
+
+
+def effects(now: Response, kind: str, i: int, places) -> list[np.ndarray]:
+    """Return what a change at each of some samples does to y per unit, whitened, (places, rows) each.
+
+    A gain turns about a point that nobody knows: the second is what the level moves with it. The unit of a speed is the
+    logarithm of its time constants.
+    """
+    places, step = np.asarray(places)[:, None], np.ones((len(now.record.y), 1))
+    if kind == LEVEL:
+        return [later(now, step, places)]
+    since = np.arange(len(step)) >= places
+    if kind == SPEED:
+        return [now.whitened(passed(now.stretches, now.faster() * since, is_held=False))]
+    own = now.whitened(now.answered(now.drives[i] * since))
+    if now.speeds:  # what comes of one place is not shifted to another
+        return [own, now.whitened(now.answered(since.astype(float)))]
+    return [own, later(now, linear_filter([1.0], now.denominator, step), places)]
+
+
+def later(now: Response, response, places) -> np.ndarray:
+    """Return what comes of the first sample, (T, 1), whitened, as it comes of each of the places (.., 1): shifted."""
+    first, T = linear_filter(now.white, [1.0], response), len(response)
+    return now.scaled(np.append(np.zeros(T), first)[T - places + now.needed])
+
+
+def scanner(now: Response, kind: str, i: int, r) -> Callable[[np.ndarray], np.ndarray]:
+    """Return what a change at places takes off half the squares of ``r``, (places,), beside all else, as a function.
+
+    It is a response that begins there, `effects`: its product with a signal, for each place, is that signal filtered by
+    it from the end of the record on.
+    """
+    is_one_filter = now.bridge is None and now.mixing is None and (kind == LEVEL or not now.speeds)
+    if not is_one_filter:  # what comes of one place is not shifted to another
+        return partial(one_by_one, now, kind, i, r)
+    T, n, Q, F, A = len(now.used), len(now.rows), now.basis, now.white, np.ones(1)
+    size, targets = np.zeros(T), np.zeros((1 + Q.shape[1], T))
+    size[now.rows] = scale = now.weight / now.deviations
+    ago = T - 1 - now.rows  # what is filtered from the end of the record on lies backwards, too
+    targets[0, ago], targets[1:, ago] = scale * r, scale * Q.T
+    if kind != LEVEL:
+        A = now.denominator
+    steps, inside = np.convolve(A, [1.0, -1.0]), Q.T @ r
+    step, power = filter_rows(F, steps, np.eye(1, T))[0], size * size
+    of_step, squared = filter_rows(F, steps, targets), step * step
+    of_input = None
+    if kind != LEVEL:
+        of_input = driven_from(now, now.faster() if kind == SPEED else now.drives[i], targets, power, step)
+
+    def scanned(places) -> np.ndarray:
+        if of_input and kind == SPEED:
+            d, free, _ = of_input(places)
+            product = d[0] - inside @ d[1:]
+            return 0.5 * share(product, free - squares(d[1:]), n) * product
+        d = of_step[:, T - 1 - places]
+        free = np.array([squared[: T - p] @ power[p:] for p in places.tolist()]) - squares(d[1:])
+        product = d[0] - inside @ d[1:]
+        taken = 0.5 * share(product, free, n) * product
+        if of_input:  # beside the level that moves with it
+            own, own_squares, shared = of_input(places)
+            own_free, own_product = own_squares - squares(own[1:]), own[0] - inside @ own[1:]
+            shared = shared - np.einsum("ij,ij->j", own[1:], d[1:])
+            part = share(shared, free, n)
+            own_free, own_product = own_free - part * shared, own_product - part * product
+            taken = taken + 0.5 * share(own_product, own_free, n) * own_product
+        return taken
+
+    return scanned
+
+
+def squares(x) -> np.ndarray:
+    """Return the sum of squares of each column."""
+    return np.einsum("ij,ij->j", x, x)
+
+
+def one_by_one(now: Response, kind: str, i: int, r, places) -> np.ndarray:
+    """Return the same by what a change at each of the places does to each row."""
+    Q, taken, own = now.basis, np.zeros(len(places)), np.zeros(0)
+    for j, d in enumerate(reversed(effects(now, kind, i, places))):
+        d = d * now.weight
+        d -= (d @ Q) @ Q.T
+        if j:
+            d -= share(np.einsum("pt,pt->p", d, own), np.einsum("pt,pt->p", own, own), len(r))[:, None] * own
+        product = d @ r
+        taken += 0.5 * share(product, np.einsum("pt,pt->p", d, d), len(r)) * product
+        own = d
+    return taken
+
+
+def driven_from(now: Response, x, targets, power, step) -> Callable:
+    """Return the products of what a signal does from places on with targets (m, T), itself, and steps from there.
+
+    ``targets`` lie backwards, the last sample first; x (T,) is what the signal is before 1/A.
+
+    What it does from p on is y, what it does in all, less what goes on of all before p: some impulses at p, p + 1, ..
+    through 1/A. ``power`` (T,) weighs squares.
+    """
+    T, F, A = len(now.used), now.white, now.denominator
+    y, many = filter_rows(F, A, x[None])[0], max(len(F), len(A)) - 1
+    before, weighted = np.arange(1, many + 1), (power * y)[::-1]
+    impulse = filter_rows(np.ones(1), A, np.eye(1, T))[0]
+    targets = np.concatenate([targets, weighted[None]])
+    later = filter_rows(np.ones(1), A, targets)
+    sums = (targets * y[::-1]).cumsum(axis=1)
+    beside = filter_rows(F, np.convolve(A, [1.0, -1.0]), targets[-1:])[0]
+    lasts = min(np.flatnonzero(abs(impulse) > 1e-20 * abs(impulse).max())[-1] + many + 1, T)
+    impulses = np.array([delayed(impulse[:lasts], lag) for lag in range(many)]).reshape(many, lasts)
+    windows = np.lib.stride_tricks.sliding_window_view(np.append(power, np.zeros(lasts)), lasts)
+
+    def from_places(places):
+        past = [np.where(places[:, None] >= before, one[places[:, None] - before], 0.0) for one in (y, x)]
+        q = np.zeros((len(places), many))
+        for lag in range(many):
+            for coefficients, signal in ((A, past[0]), (-F, past[1])):
+                rest = coefficients[lag + 1 :]
+                q[:, lag] -= signal[:, : len(rest)] @ rest
+        at = T - 1 - places
+        ago = at[:, None] - np.arange(many)
+        on, whole = np.where(ago >= 0, later[:, ago], 0.0), sums[:, at]
+        products, own = whole[:-1] - np.einsum("pl,mpl->mp", q, on[:-1]), whole[-1]
+        tails, weights = q @ impulses, windows[places]
+        own = own - 2 * np.einsum("pl,pl->p", q, on[-1]) + np.einsum("pt,pt,pt->p", tails, tails, weights)
+        return products, own, beside[at] - np.einsum("pt,pt->p", tails * step[:lasts], weights)
+
+    return from_places
+
+
+def part_of(now: Response, kind: str, i: int, at: int, r) -> tuple[np.ndarray, np.ndarray]:
+    """Return the part of ``r`` (rows,) that a change takes, and what a unit of it does to the rows beside all else."""
+    Q, part, own = now.basis, np.zeros(len(r)), np.zeros(0)
+    for j, d in enumerate(reversed(effects(now, kind, i, [at]))):
+        d = d[0] * now.weight
+        d -= Q @ (Q.T @ d)
+        if j:
+            d -= share(d @ own, own @ own, len(d)) * own
+        part, own = part + share(d @ r, d @ d, len(d)) * d, d
+    return part, own
+
+
+def share(product, free, rows: int):
+    """Return products with directions as multiples of these, whose squares are ``free``; 0 of what is not free."""
+    is_free = free > 1e-9 * rows
+    return np.where(is_free, product / np.where(is_free, free, 1.0), 0.0)
