@@ -42,6 +42,7 @@ from .auto_state import (
     share_of_outliers,
 )
 from .bank import FREEDOM_NOW, SIGMA2_NOW, WAITS, count_mixture
+from .first_samples import forget_a_little, is_unsettled
 from .likelihood_drift import carry, climb, follow, ratio
 from .mixing import drift_apart, drift_beside_state, interact, merge, take_dense_along, take_modes_along
 from .modes import WEIGHT, begin_modes, fold, mode, unfold
@@ -279,6 +280,8 @@ def time_update_auto(memory, state, elapsed, view):
     for i in range(N):
         view.c[i] = own.dense[(M - 1) * own.P.size + at(i, i)]
     carry(learner, memory.phi[:N], drift.q, view.c, memory.cap)
+    if is_unsettled(drift, view):
+        forget_a_little(parts, view, waits)
     if waits:
         is_capped = interact(memory, own, own.bank, q, N)
     else:

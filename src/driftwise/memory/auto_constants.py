@@ -16,6 +16,8 @@ SPEEDS = (  # probability a sample that each becomes each: a plant does so once 
 START, LEAST, MOST = 1e-2, 1e-6, 10.0  # learnt NVR: at first (high: its slope vanishes with it), memory of 1000 .. 0.3
 BESIDE_STATE = 0.1  # times START: there the mean counts the learnt filter by its odds, from the first sample on; and
 # after louder noise, with less to learn from, speeds go back to where they began
+RASH, RASH_SAMPLES, UNSETTLED = 0.03, 100.0, 500.0  # 1 - lambda at first where a state has a past of its own, the
+# samples in which it falls to a third, and those after which nothing is forgotten
 SHY_OF_FAST, SHY_OF_DRIFT = 0.05, 0.003  # what the fast filter's odds count in the mean; and the deviation a step, in
 # units, at which those of the learnt one count half: a constant is known to that after two thousand samples
 SAMPLES, TAU, PRIOR = 300.0, 2.0, 4.0  # that count; deviations of log NVR among the parameters, and from the start
