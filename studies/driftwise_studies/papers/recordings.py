@@ -91,6 +91,16 @@ def read_json(path: Path):
         raise InputError(f"{path} cannot be read: {error}. Is DRIFTWISE_DATA the folder of recordings?") from None
 
 
+def radar_scans(path: Path):
+    """Yield (s, plots (n, 2) East and North in m) of each scan of a marine radar; no plots for other sensors."""
+    for scan in read_json(path):
+        found = np.array(scan["measurement"] if scan["sensorID"] == 2 else [], float)
+        yield (
+            scan["time"],
+            (found.reshape(2, -1).T + scan["ownshipPosition"])[:, ::-1] if found.size else found.reshape(0, 2),
+        )
+
+
 def boats(where: Path, twice: bool = True):
     """Yield marine radar plots: of each scan the one nearest to where GNSS puts the boat.
 
@@ -99,17 +109,16 @@ def boats(where: Path, twice: bool = True):
     for path in sorted((where / "autoferry").glob("*_detections.json")):
         truths = read_json(path.with_name(path.name.replace("detections", "groundTruth")))
         plots: dict[int, list] = {}
-        for scan, targets in zip(read_json(path), truths):
-            found = np.atleast_2d(np.array(scan["measurement"], float)) if scan["sensorID"] == 2 else np.zeros((0, 0))
-            if found.size < 2:
+        for (time, found), targets in zip(radar_scans(path), truths):
+            if not len(found):
                 continue
-            found = found.reshape(2, -1).T + scan["ownshipPosition"]
             targets = targets if isinstance(targets, list) else [targets]
-            off = np.array([np.hypot(*(found - target["position"][:2]).T) for target in targets])  # (boats, plots)
+            where_to = [target["position"][1::-1] for target in targets]
+            off = np.array([np.hypot(*(found - place).T) for place in where_to])  # (boats, plots)
             for target, own in zip(targets, off):
                 which = own.argmin()
                 if own[which] <= NEAR and (twice or own[which] == off[:, which].min()):
-                    plots.setdefault(target["targetID"], []).append((scan["time"], *found[which][::-1]))
+                    plots.setdefault(target["targetID"], []).append((time, *found[which]))
         for target, rows in sorted(plots.items()):
             table = np.array(rows)
             yield f"{path.name.split('_')[0]}, boat {target}", *moving(table[:, 0], table[:, 1:])

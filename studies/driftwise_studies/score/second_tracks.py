@@ -14,16 +14,17 @@ import numpy as np
 
 import driftwise as dw
 from driftwise.tracking.frames import east_north
+from driftwise.tracking.plots import plots
 
 from ..papers import fixed_filters as filters
-from ..papers.recordings import MARINE, Kind, Series, boats, folder, series
+from ..papers.recordings import MARINE, Kind, Series, boats, folder, radar_scans, series
 from . import records
 from .board import SKIP, _scored
 from .motions.field import MOST_NIS
 from .ours import tracked
 from .tracks import frames, reports
 
-AIS = "SolentAIS_even.csv"
+AIS, RADAR = "SolentAIS_even.csv", "_detections.json"
 BOATS = "marine radar, scenarios 17 and 22"
 LONG = 30  # plots of a track that is judged alone
 RESTS = 0.01  # m: the best fixed filter errs by less where nothing moves, and no ratio says anything
@@ -98,10 +99,11 @@ def whole(where: Path) -> list[str]:
     lines = []
     for name, speed in (
         (AIS, "boat"),
+        *((path.name, "boat") for path in sorted(where.glob(f"*{RADAR}"))),
         ("full_flight_short.lines45794-57793.jsonl", "aircraft"),
         ("calibration__munich.json.gz", "aircraft"),
     ):
-        tracks = dw.track(where / name, speed)
+        tracks = dw.track(_scans(where / name) if name.endswith(RADAR) else where / name, speed)
         keys = [t.key for t in tracks]
         nis = np.array([np.nanmean(t.trace.nis[3:]) for t in tracks if len(t) >= LONG])
         leaps = sum(int(np.sum(np.abs(np.diff(t.trace.speed)) > 20)) for t in tracks)
@@ -111,6 +113,12 @@ def whole(where: Path) -> list[str]:
             f"{sum(map(len, tracks))} plots, {leaps} leaps of the speed by 20 m/s"
         )
     return lines
+
+
+def _scans(path: Path):
+    """Return the plots of a marine radar, with nobody's name beside them."""
+    scans = [(time, plot) for time, found in radar_scans(path) for plot in found]
+    return plots(*map(np.array, zip(*scans)))
 
 
 def main() -> None:
