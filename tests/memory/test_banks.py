@@ -44,6 +44,9 @@ def records(early=100.0):
         y[1, 2], y[2, 6], y[0, -10] = 30.0, early, 30.0
         if name == "c":
             y[0, 250:] += 0.6 * rng.standard_normal(y.shape[1] - 250)
+        if name == "d":  # a burst that looks like louder noise, and more of its kind
+            y[2, 310:322] += 6.0 * np.array([1, -1, -1, 1, -1, 1, 1, -1, 1, -1, 1, -1])
+            y[2, 340:410:15] += 6.0
         found[name] = y, psi, s.phi
     return found
 

@@ -12,6 +12,7 @@ from scipy.special import logsumexp
 from oracle.banks import Bank, Run, Units, forecast, mix, moments, outer, predict, start, update, where
 from oracle.moments import Moments
 from oracle.second_start import Rows, Second
+from oracle.suspicion import Most, Quiet, Suspicion
 
 SPEEDS = np.array([[0.9997, 5e-5, 2.5e-4], [3e-4, 0.9994, 3e-4], [2e-4, 5e-5, 0.99975]])
 
@@ -75,22 +76,6 @@ class Learner:
             q = np.where(P[:, i, i] < cap, np.minimum(q, cap), 0)
         self.dtheta, self.dP = self.dtheta * phi, self.dP * outer(phi, phi)
         self.dP[:, i, i, i] += q
-
-
-class Suspicion:
-    """Of one series: do the last sixteen innovations lean on a parameter, or are their squares too large or small?"""
-
-    def __init__(self, n):
-        self.score, self.known, self.energy = np.zeros(n), np.zeros(n), 0.0
-
-    def see(self, row, z, variance):
-        x, z = row / np.sqrt(variance), np.clip(z, -3, 3)
-        self.score, self.known = 15 / 16 * self.score + x * z, 15 / 16 * self.known + x**2
-        self.energy = 15 / 16 * self.energy + z**2 - 1
-        return np.any(self.score**2 > 4 * self.known) or self.energy > 10 or self.energy < -7.5
-
-    def calm(self):
-        self.score, self.energy = np.zeros_like(self.score), 0.0
 
 
 class Trial:
@@ -254,7 +239,7 @@ def run_auto(y, psi, phi, told=None, levels=(0.0, 1e-1), expect="both", P0=1e4):
     inc, out = start(S, M, n, P0, *((1 - n, 0.0) if learnt else (2.0, 2 * told))), Run.of(S, T, n, M)
     cap, trials, views = 2 * P0, [None] * S, [None] * S  # of a view: mean, P, sigma^2
     seconds, quiet, struck_before = [None] * S, np.zeros(S), np.zeros(S)
-    rows, looks = [Rows(n) for _ in range(S)], [Moments(n, learnt) for _ in range(S)]
+    rows, looks, most = [Rows(n) for _ in range(S)], [Moments(n, learnt) for _ in range(S)], [Most() for _ in range(S)]
 
     def later(s, here):
         """A filter that knows nothing yet."""
@@ -299,8 +284,24 @@ def run_auto(y, psi, phi, told=None, levels=(0.0, 1e-1), expect="both", P0=1e4):
                 surprise = eps[s] ** 2 / out.S[s, k]
                 suspected = sums[s].see(row[s], eps[s] / np.sqrt(out.S[s, k]), out.S[s, k] / shown[s])
                 suspected = suspected or units.count[s] < 100
+                most[s].hear(eps[s] ** 2 * shown[s] / out.S[s, k], shown[s])
                 if (suspected or surprise >= 9) if trials[s] is None else surprise >= 9 and trials[s].yields(clean[s]):
                     trials[s], struck_before[s] = Trial(inc.at([s]), over[s], surprise, learnt), struck[s]
+            is_late, has_calmed = learnt and expect != "jumps" and units.count[s] >= 200 and not rest[s], False
+            if is_late and units.count[s] == 200:
+                seconds[s] = None
+            if is_late and seconds[s] is None and pi[s] > 0.01 and 4 * most[s].says < shown[s]:
+                seconds[s] = Quiet(inc.at([s]), most[s].says)
+            if is_late and seconds[s] is not None:
+                seconds[s].see(row[s], yk[s], pi[s], taken.evidence[s], phi)
+                has_calmed = seconds[s].has_won(trials[s])
+                if has_calmed:
+                    for name in ("theta", "P", "nu", "chi2"):
+                        getattr(new, name)[s] = getattr(seconds[s].filter, name)[0]
+                    trials[s], learner.dtheta[s], learner.dP[s], quiet[s] = None, 0, 0, 0
+                    sums[s].calm()
+                if has_calmed or seconds[s].is_over():
+                    seconds[s] = None
             if not rest[s] and units.count[s] < 200:
                 rows[s].keep(row[s], yk[s])
             if not rest[s] and 2 * n < units.count[s] < 200:
@@ -358,7 +359,7 @@ def run_auto(y, psi, phi, told=None, levels=(0.0, 1e-1), expect="both", P0=1e4):
                 out.odds[s, k] = trial.odds
                 if trial.shown.any():
                     views[s] = blend(new.at([s]), learner.eta[s], trial, over[s])
-            if what:
+            if what or has_calmed:
                 looks[s].forget()
             elif expect != "outliers" and units.count[s] > 200 and not rest[s]:
                 looks[s].see(inc, new, taken, s, row[s])

@@ -33,8 +33,11 @@ class Second:
         self.score -= max(trial.found[1], trial.found[0] + trial.alone, trial.found[2]) - trial.beside
 
     def has_won(self, trial):
-        running = trial is not None and trial.age > 0
-        return self.score > 5 and not (running and self.score < max(trial.found[1:]) - trial.beside + 5)
+        return self.score > 5 and not self.is_explained(trial)
+
+    def is_explained(self, trial):
+        """Whether a trial that runs explains as much."""
+        return trial is not None and trial.age > 0 and self.score < max(trial.found[1:]) - trial.beside + 5
 
 
 class Rows:

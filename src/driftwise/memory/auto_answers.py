@@ -10,6 +10,7 @@ from ..engine.status import AT_REST, CAPPED, NOISE, OUTLIER
 from ..engine.ud import predicted_variance
 from .additive import pass_kinds, share_additive, weigh_kinds
 from .auto_constants import (
+    CHANCES,
     EVEN,
     FREQUENT,
     ISOLATED,
@@ -17,6 +18,7 @@ from .auto_constants import (
     SHY,
     SHY_OF_OUTLIERS,
     STILL_LOUD,
+    STRUCK,
     SURPRISE,
     SUSPECT,
     SUSPECT_FREQUENT,
@@ -43,6 +45,7 @@ from .auto_state import (
 )
 from .bank import FREEDOM_NOW, SIGMA2_NOW, WAITS, count_mixture
 from .first_samples import forget_a_little, is_unsettled
+from .less_noise import begin_if_quiet, go_on_quietly, hear, let_quiet
 from .likelihood_drift import carry, climb, follow, ratio
 from .mixing import drift_apart, drift_beside_state, interact, merge, take_dense_along, take_modes_along
 from .modes import WEIGHT, begin_modes, fold, mode, unfold
@@ -53,6 +56,7 @@ from .moments import add_up, expected, follow_moment, forget_moments, look_back
 from .registry import BELIEVED, DOUBTED, LIKELY
 from .resolution import follow_resolution, least_variance
 from .robust_start import remember
+from .second_start import AGE as SECOND_AGE
 from .second_start import concede, is_explained, let_start, start_again
 from .suspicion import calm, suspect
 from .trial import argue, begin_trial, end_trial, is_to_begin, is_to_end, time_update_copies
@@ -163,8 +167,15 @@ def adapt_auto(memory, state, e, R, view):
         if trial.head[AGE] > 0.0:
             fold(trial.copies, trial.dense, N)
     outliers, is_on = share_of_outliers(memory, head, head[STRUCK_SO_FAR]), False
+    is_late = drift.head[SEEN] >= YOUNG_ENOUGH and not is_unexcited and memory.outliers * memory.learns > 0.0
+    if is_late and drift.head[SEEN] == YOUNG_ENOUGH:
+        parts.second.head[SECOND_AGE] = 0.0
     if not is_unexcited and drift.head[SEEN] > 4.0 * N:
         surprise, is_on = e * e / (s2 * T), trial.head[AGE] > 0.0
+        if R <= TRUSTED * memory.R:
+            hear(parts.most, e, T, s2)
+        if is_late and outliers > STRUCK / CHANCES:
+            begin_if_quiet(memory, parts.second, parts.most, own.bank, M, s2)
         is_suspicious = suspect(parts.sums, view.psi, e, T, s2) or drift.head[SEEN] < YOUNG
         if is_to_begin(trial, surprise, is_suspicious, head[CLEAN] >= ISOLATED):
             begin_trial(memory, trial, own.bank, drift.unit, M, surprise, view.b)
@@ -196,6 +207,15 @@ def adapt_auto(memory, state, e, R, view):
             let_start(memory, parts.second, own.bank, own.dense, learner, own.P)
             end_trial(trial)
             is_on = climbs = False
+    elif is_late and parts.second.head[SECOND_AGE] > 0.0:
+        has_won = go_on_quietly(memory, parts.second, e, R, evidence, outliers, theta, own.P, view, least)
+        if has_won and not is_explained(trial, parts.second):
+            let_quiet(parts.second, own.bank, own.dense, learner, own.P)
+            end_trial(trial)
+            calm(parts.sums)
+            forget_moments(parts.moments)
+            head[QUIET] = 0.0
+            is_on = climbs = looks_back = False
     if is_on:
         rho = try_out(memory, parts, e, R, evidence, rho, outliers, view, least)
     elif trial.head[AGE] > 0.0:  # at rest nothing is decided, and what was probable stays so

@@ -9,6 +9,7 @@ from ..engine.layout import Field, Layout, numbers
 from .additive import open_past, past_size
 from .auto_constants import LEVELS, MOMENTS, STRUCK_FADES
 from .bank import bank_size, open_bank
+from .less_noise import MOST
 from .likelihood_drift import learner_size, open_learner
 from .moments import moments_size, open_moments
 from .resolution import RESOLUTION
@@ -45,6 +46,7 @@ AUTO = Layout(
     Field("past", ("past_size(N)",), "what past outputs were, and how many outliers were of which kind"),
     Field("moments", ("moments_size(N, M, MOMENTS)",), "when one parameter may have jumped"),
     *RESOLUTION,
+    *MOST,
     given=("N", "M"),
     bank_size=bank_size,
     suspicion_size=suspicion_size,
@@ -73,6 +75,7 @@ class Parts(NamedTuple):
     past: tuple
     moments: tuple
     resolution: np.ndarray
+    most: np.ndarray
 
 
 @kernel
@@ -85,7 +88,9 @@ def open_parts(memory, state, N):
     second, learner = open_second(parts.second, N), open_learner(parts.learner, N, N)
     rows, past = open_rows(parts.rows, N), open_past(parts.past, N)
     moments = open_moments(parts.moments, N, MODES, MOMENTS)
-    return Parts(drift, bank, parts.head, sums, trial, second, learner, rows, past, moments, parts.resolution)
+    return Parts(
+        drift, bank, parts.head, sums, trial, second, learner, rows, past, moments, parts.resolution, parts.most
+    )
 
 
 @kernel

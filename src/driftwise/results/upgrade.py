@@ -81,6 +81,7 @@ class Form(Enum):
     ONE_KIND = "AutoMemory did not tell outliers of the sensor from those of the process"
     NO_STEP = "AutoMemory did not learn in which steps outputs are recorded"
     NO_FRESH = "no joint filter of an output error kept what parameters have done since they are doubted"
+    NO_MOST = "AutoMemory did not learn what most rows say of sigma^2"
 
 
 def until(last: Form, was: Any, now: Any) -> dict[Form, Any]:
@@ -226,6 +227,7 @@ def _piece(memory, size: int) -> Piece:
     from ..memory.auto_constants import MOMENTS
     from ..memory.auto_state import HEAD, MODES
     from ..memory.bank import bank_size
+    from ..memory.less_noise import HEARD
     from ..memory.likelihood_drift import learner_size
     from ..memory.modes import size_of
     from ..memory.moments import moments_size
@@ -236,7 +238,8 @@ def _piece(memory, size: int) -> Piece:
 
     N, now = memory.cap.size, memory.state_size(memory.cap.size)
     first = SHORT_HEAD + bank_size(N, MODES) + 2 * MODES * size_of(N) + learner_size(N, N)
-    with_moments = now - KEPT - past_size(N)
+    with_step = now - HEARD
+    with_moments = with_step - KEPT - past_size(N)
     with_rows = with_moments - moments_size(N, MODES, MOMENTS)
     last = with_rows - rows_size(N) - UNCOUNTED
     third, fourth = last - (HEAD - SHORT_HEAD), last - (HEAD - GAPLESS_HEAD)
@@ -245,12 +248,14 @@ def _piece(memory, size: int) -> Piece:
         **until(Form.NO_GAPS, fourth, last),
         Form.BANKS: drift_state_size(N, first), Form.ONE_START: second, Form.SHORT_HEAD: third,
         Form.NO_ROWS: last + UNCOUNTED, Form.NO_MOMENTS: with_rows,
-        **dict.fromkeys((Form.NO_ACROSS, Form.ONE_KIND), with_moments), Form.NO_STEP: now - KEPT, Form.NO_FRESH: now,
+        **dict.fromkeys((Form.NO_ACROSS, Form.ONE_KIND), with_moments), Form.NO_STEP: with_step - KEPT,
+        Form.NO_FRESH: with_step, Form.NO_MOST: with_step,
     }  # fmt: skip
     makers = {
         **until(Form.NO_GAPS, _longer_head, _counting), Form.BANKS: _trials, Form.ONE_START: _second_start,
         Form.NO_ROWS: _longer, Form.NO_MOMENTS: _longer,
-        **dict.fromkeys((Form.NO_ACROSS, Form.ONE_KIND), _one_kind), Form.NO_STEP: _longer, Form.NO_FRESH: None,
+        **dict.fromkeys((Form.NO_ACROSS, Form.ONE_KIND), _one_kind), Form.NO_STEP: _longer, Form.NO_FRESH: _longer,
+        Form.NO_MOST: _longer,
     }  # fmt: skip
     return Piece(before, now, makers, memory)
 
@@ -266,7 +271,7 @@ def _average(estimator, size: int) -> Piece:
         Form.BANKS: first, Form.ONE_START: second, Form.SHORT_HEAD: second, Form.NO_SPREAD: apart + 2,
         Form.ONE_WIDTH: apart + 3 + 3 * MEANS, Form.NO_GAPS: apart + 1 + 3 * MEANS + 4 * SHAPES,
         **dict.fromkeys(AVERAGED, size - 3 * (members + 1) - 3 * ACROSS - 2),
-        Form.ONE_KIND: size, Form.NO_STEP: size, Form.NO_FRESH: size,
+        Form.ONE_KIND: size, Form.NO_STEP: size, Form.NO_FRESH: size, Form.NO_MOST: size,
     }  # fmt: skip
     makers = {
         **until(Form.SHORT_HEAD, _alone, None), Form.NO_SPREAD: _of_one_width, Form.ONE_WIDTH: _of_one_width,
@@ -343,7 +348,7 @@ def _counting(was: np.ndarray, piece: Piece) -> np.ndarray:
 
 
 def _longer(was: np.ndarray, piece: Piece) -> np.ndarray:
-    """Return what one `AutoMemory` keeps, without what stands last: rows, moments, steps of y."""
+    """Return what one `AutoMemory` keeps, without what stands last: rows, moments, steps of y, what most say."""
     return np.concatenate([was, np.zeros((*was.shape[:-1], piece.now - was.shape[-1]))], axis=-1)
 
 

@@ -1,0 +1,103 @@
+"""Is sigma^2 as small as most rows say? Then a filter that thinks so predicts better, and takes over.
+
+Some wrong numbers in a row look like louder noise. If that is believed sigma^2 is a hundred times too large, the next
+ones are not seen, stay among the regressors of an `ARX` and are fitted, and so it stays. The mean logarithm of the
+squared errors hardly minds them. Where sigma^2 is several times what it says, the likeliest filter of the bank goes on
+beside it with that: its parameters, and what is known of them, are the same. What it predicts competes with what all
+others do. Quieter noise looks alike, but no error is an outlier then: of that a trial tells.
+It has the place of the second start, which is over by then.
+"""
+
+import math
+
+from ..engine.dispatch import kernel, rare
+from ..engine.elementary import exp, log
+from ..engine.layout import numbers
+from ..engine.ud import expand
+from .auto_constants import (
+    HAS_SEEN,
+    KEPT,
+    KNOWN,
+    LEVEL_ODDS,
+    LONGEST,
+    OF_SQUARES,
+    QUIETER,
+    ROWS,
+    SMALLEST,
+    UNLIKELY,
+)
+from .gauss_markov import relax
+from .likelihood_drift import begin_again
+from .modes import CHI2, FREEDOM, WEIGHT, error_of, hand_over, mode, own_sigma2, take
+from .second_start import AGE, SCORE, STRUCK_SO_FAR, share_of
+
+LOGARITHMS, COUNTED, HEARD = range(3)  # of what is kept, and how many
+MOST = numbers("most", logarithms="sum of log e^2/T of the last rows without a doubtful regressor", rows="how many")
+
+
+@kernel
+def hear(most, e, T, s2):
+    """Take a row into what most of the last ones say."""
+    most[LOGARITHMS] = KEPT * most[LOGARITHMS] + log(max(e * e / T, SMALLEST * s2))
+    most[COUNTED] = KEPT * most[COUNTED] + 1.0
+
+
+@kernel
+def say_most(most):
+    """Return the sigma^2 that most of the last rows say, infinity while they are few."""
+    return exp(most[LOGARITHMS] / most[COUNTED] + OF_SQUARES) if most[COUNTED] > ROWS else math.inf
+
+
+@rare
+def begin_quiet(memory, second, bank, M, s2):
+    """Begin as the likeliest filter of the bank, with this sigma^2; what is known of the parameters stays the same."""
+    N, leader = memory.cap.size, 0
+    for m in range(1, M):
+        if mode(bank, m, N).own[WEIGHT] > mode(bank, leader, N).own[WEIGHT]:
+            leader = m
+    one, of = mode(second.row, 0, N), mode(bank, leader, N)
+    change = own_sigma2(memory, of.own) / s2
+    for i in range(N):
+        one.theta[i], one.D[i] = of.theta[i], of.D[i] * change
+    for i in range(one.U.size):
+        one.U[i] = of.U[i]
+    one.own[WEIGHT], one.own[FREEDOM], one.own[CHI2] = 1.0, KNOWN, KNOWN * s2
+    second.head[AGE], second.head[SCORE], second.head[STRUCK_SO_FAR] = 1.0, 0.0, 0.0
+
+
+@rare
+def begin_if_quiet(memory, second, most, bank, M, s2):
+    """Begin, where none runs and sigma^2 is several times what most rows say."""
+    said = say_most(most)
+    if second.head[AGE] == 0.0 and QUIETER * said < s2:
+        begin_quiet(memory, second, bank, M, said)
+
+
+@rare
+def go_on_quietly(memory, second, e, R, evidence, outliers, theta, P, view, least):
+    """Let it see a sample; say whether it has won. ``outliers`` is their share to all others."""
+    head, one = second.head, mode(second.row, 0, theta.size)
+    error = error_of(one, e, view.psi, theta)
+    share = max(outliers, share_of(memory, head[STRUCK_SO_FAR], head[AGE]))
+    log_p, factor, rho, _, before = take(memory, one, P, error, R, view, share, False, True, least)
+    change = before / own_sigma2(memory, one.own)
+    for i in range(one.D.size):
+        one.D[i] *= change
+    relax(one.theta, one.U, one.D, memory.phi, view.b)
+    head[AGE] += 1.0
+    head[STRUCK_SO_FAR] += rho
+    head[SCORE] += log_p + log(factor) - evidence
+    if head[SCORE] < UNLIKELY or head[AGE] > LONGEST:
+        head[AGE] = 0.0
+    return head[SCORE] > LEVEL_ODDS and head[STRUCK_SO_FAR] > HAS_SEEN
+
+
+@rare
+def let_quiet(second, bank, dense, learner, P):
+    """Let every filter of the bank be that one; ``P`` is scratch."""
+    one = mode(second.row, 0, learner.eta.size)
+    expand(one.U, one.D, P)
+    hand_over(bank, dense, one, P)
+    for j in range(learner.eta.size):
+        begin_again(learner, j)
+    second.head[AGE] = 0.0
