@@ -81,7 +81,7 @@ class Form(Enum):
     ONE_KIND = "AutoMemory did not tell outliers of the sensor from those of the process"
     NO_STEP = "AutoMemory did not learn in which steps outputs are recorded"
     NO_FRESH = "no joint filter of an output error kept what parameters have done since they are doubted"
-    NO_MOST = "AutoMemory did not learn what most rows say of sigma^2"
+    NO_MOST = "AutoMemory did not learn what most rows say of sigma^2; short gaps taught an average what long ones did"
 
 
 def until(last: Form, was: Any, now: Any) -> dict[Form, Any]:
@@ -96,6 +96,7 @@ UNCOUNTED = 1  # numbers that its second start had less, until it counted its ou
 MEANS, SHAPES, ACROSS = 4, 4, 3  # that an average was made of, variances that it may have, and means across a gap
 BOUNDLESS = 1e300  # no y is further
 AVERAGED = Form.NO_OUTLIERS, Form.NO_ROWS, Form.NO_MOMENTS, Form.NO_ACROSS  # forms in which an average was the same
+OF_ONE_LENGTH = Form.ONE_KIND, Form.NO_STEP, Form.NO_FRESH, Form.NO_MOST  # and in which its gaps were of one length
 TRUSTED, SURE = 1e-4, 60.0  # a regret in y_scale^2, soon outgrown, and so many of them: who has these is trusted alone
 
 
@@ -266,16 +267,17 @@ def _average(estimator, size: int) -> Piece:
     members = start["likely"].size
     first = sum(start[name].size for name in start.dtype.names[: start.dtype.names.index("regret")])
     second = first + 2 * members + (MEANS - 2) + 3 * (MEANS - 1)  # two more weights, their errors, regrets of three
+    across = 3 * (members + 1) + 3 * ACROSS  # of gaps of one length: weights of all, and regrets of three
     apart = first + 5 * members + (MEANS - 2) + 3 * MEANS  # weights and regrets of members, regrets of four
     before = {
         Form.BANKS: first, Form.ONE_START: second, Form.SHORT_HEAD: second, Form.NO_SPREAD: apart + 2,
         Form.ONE_WIDTH: apart + 3 + 3 * MEANS, Form.NO_GAPS: apart + 1 + 3 * MEANS + 4 * SHAPES,
-        **dict.fromkeys(AVERAGED, size - 3 * (members + 1) - 3 * ACROSS - 2),
-        Form.ONE_KIND: size, Form.NO_STEP: size, Form.NO_FRESH: size, Form.NO_MOST: size,
+        **dict.fromkeys(AVERAGED, size - 2 * across - 2), **dict.fromkeys(OF_ONE_LENGTH, size - across),
     }  # fmt: skip
     makers = {
         **until(Form.SHORT_HEAD, _alone, None), Form.NO_SPREAD: _of_one_width, Form.ONE_WIDTH: _of_one_width,
         Form.NO_GAPS: _of_four, **dict.fromkeys(AVERAGED, _without_gaps),
+        **dict.fromkeys(OF_ONE_LENGTH, _of_one_length),
     }  # fmt: skip
     return Piece(before, size, makers, start)
 
@@ -326,6 +328,18 @@ def _without_gaps(was: np.ndarray, piece: Piece) -> np.ndarray:
     head, rest = was.shape[-1] - 4 * SHAPES, piece.now - 4 * SHAPES
     now = np.concatenate([was[..., :head], start[..., head:rest], was[..., head:]], axis=-1)
     now[..., rest - 2], now[..., rest - 1] = -BOUNDLESS, BOUNDLESS
+    return now
+
+
+def _of_one_length(was: np.ndarray, piece: Piece) -> np.ndarray:
+    """Return what an average keeps, to which gaps of all lengths have taught the same."""
+    now = np.broadcast_to(np.atleast_1d(piece.owner).view(float), (*was.shape[:-1], piece.now)).copy()
+    found, at = now.view(piece.owner.dtype)[..., 0], 0
+    for name in found.dtype.names:
+        is_across, shape = name.startswith("across"), found.dtype[name].shape
+        size = int(np.prod(shape[1:] if is_across else shape))
+        part = was[..., at : at + size].reshape(*was.shape[:-1], *((1, *shape[1:]) if is_across else shape))
+        found[name], at = part, at + size
     return now
 
 
