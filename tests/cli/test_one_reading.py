@@ -37,8 +37,8 @@ def written(folder, shape):
     return str(path)
 
 
-def found(call, folder, shape):
-    code, out, err = call("run", written(folder, shape), "--model", "arx:1,1,1", "--json", "-")
+def found(call, folder, shape, *columns):
+    code, out, err = call("run", written(folder, shape), "--model", "arx:1,1,1", *columns, "--json", "-")
     assert code == 0, err
     return json.loads(out)
 
@@ -48,3 +48,13 @@ def test_a_named_model_sees_the_same_rows_and_hours_however_they_are_written(cal
     plain, other = (found(call, tmp_path, one) for one in ("plain", shape))
     assert other["summary"] == plain["summary"] and plain["summary"]["samples"] == SAMPLES
     assert "time constant 3.4" in plain["summary"]["words"] and "e+04 s" in plain["summary"]["words"]
+
+
+@pytest.mark.parametrize("shape", ["plain", "calendar", "date and time of day", "time of day", "newest first"])
+def test_so_does_one_whose_columns_are_named_too(call, tmp_path, shape):
+    named = "-o", "temperature", "-i", "heater"
+    plain = found(call, tmp_path, "plain")["summary"]
+    assert found(call, tmp_path, shape, *named, "-t", SHAPES[shape][0].partition(",")[0])["summary"] == plain
+    told = found(call, tmp_path, shape, *named)
+    assert told["summary"]["parameters"] == plain["parameters"]  # in samples
+    assert (shape == "newest first") == any("turned round" in note for note in told["notes"])

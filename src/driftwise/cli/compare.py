@@ -97,7 +97,7 @@ class CompareJob(RecordJob):
         from driftwise.cli.notes import clock_notes, unreadable
 
         record, values = self.record, self.offsets.values
-        said = clock_notes(record)
+        said = [*record.otherwise, *clock_notes(record)]
         if record.bad:
             where = f" (first: {record.first_bad})" if record.first_bad else ""
             said.append(f"{unreadable(record.bad)}{where}.")

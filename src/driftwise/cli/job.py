@@ -180,12 +180,27 @@ class RecordJob(TableJob):
         from driftwise.tables.source import is_stream
 
         columns, source, look = (*more, *self.inputs), None, 0
+        otherwise: tuple[str, ...] = ()
         if self.is_recognised:
             source = read(self.file, output, columns, self.time, self.chunk)[1].source()
-        elif find_clock and not self.has_clock and not is_stream(self.file):
-            look = LOOK
+        elif not is_stream(self.file) and (self.time is not None or (find_clock and not self.has_clock)):
+            source, otherwise = self._read_otherwise(output, columns)
+            look = LOOK if self.time is None and source is None else 0
         self.record = open_record(self.file, output, columns, self.time, self.chunk, self.raw, look, source)
+        self.record.otherwise = otherwise
         return self.record
+
+    def _read_otherwise(self, output: str, columns: tuple[str, ...]) -> tuple[Any, tuple[str, ...]]:
+        """Return the rows of a table that is not read as it stands, and how it is; of any other (None, ())."""
+        from driftwise.tables.autoread import read
+
+        try:
+            table, segments = read(self.file, output, columns, self.time, self.chunk)
+        except InputError:  # it is not understood as a whole
+            return None, ()
+        otherwise = tuple(note for note in table.otherwise if note not in segments.table.source.notes)
+        is_other = otherwise or (self.time is not None and segments.table.is_made(table.time))
+        return (segments.source(), otherwise) if is_other else (None, ())
 
     def chunks(self, doing: str) -> Iterator[Any]:
         """Yield the chunks of the record that have rows between --from and --to, with a bar; without any it raises."""

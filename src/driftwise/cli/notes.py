@@ -103,7 +103,7 @@ def notes(job) -> list[str]:
     record, summary, offsets = job.record, job.summary, job.offsets
     said = [STOPPED] if job.is_stopped else []
     said += [] if job.table is None else job.table.notes
-    said += clock_notes(record)
+    said += [*record.otherwise, *clock_notes(record)]
     if record.source.ragged:
         said.append(f"{_rows(record.source.ragged)} too many or too few cells; each was counted as a missing sample.")
     cells = record.bad - record.source.ragged * len(record.columns)

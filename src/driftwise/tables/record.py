@@ -62,6 +62,7 @@ class Record:
     tens : power of ten that an output or input is counted in, where its numbers are very large or very small
     beyond : outputs and inputs whose numbers are beyond 1e100
     whole : the table with all its columns, where it was looked at
+    otherwise : how its rows are read, where that is not as they stand; a sentence each
     """
 
     path: str
@@ -80,6 +81,7 @@ class Record:
     tens: dict[str, int] = field(default_factory=dict)
     beyond: set[str] = field(default_factory=set)
     whole: OpenTable | None = None
+    otherwise: tuple[str, ...] = ()
     _day: TimeOfDay | None = None  # of a clock that tells the time of day alone
 
     @property
