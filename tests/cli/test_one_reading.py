@@ -50,7 +50,7 @@ def test_a_named_model_sees_the_same_rows_and_hours_however_they_are_written(cal
     assert "time constant 3.4" in plain["summary"]["words"] and "e+04 s" in plain["summary"]["words"]
 
 
-@pytest.mark.parametrize("shape", ["plain", "calendar", "date and time of day", "time of day", "newest first"])
+@pytest.mark.parametrize("shape", [shape for shape in SHAPES if shape != "two recordings"])
 def test_so_does_one_whose_columns_are_named_too(call, tmp_path, shape):
     named = "-o", "temperature", "-i", "heater"
     plain = found(call, tmp_path, "plain")["summary"]
@@ -58,3 +58,13 @@ def test_so_does_one_whose_columns_are_named_too(call, tmp_path, shape):
     told = found(call, tmp_path, shape, *named)
     assert told["summary"]["parameters"] == plain["parameters"]  # in samples
     assert (shape == "newest first") == any("turned round" in note for note in told["notes"])
+
+
+def test_orders_are_compared_on_the_same_rows(call, tmp_path):
+    words = []
+    for shape in ("plain", "newest first"):
+        path = written(tmp_path, shape)
+        code, out, err = call("run", path, "-o", "temperature", "-i", "heater", "--order", "auto", "--json", "-")
+        assert code == 0, err
+        words.append(json.loads(out)["orders"])
+    assert words[0] == words[1] is not None

@@ -14,16 +14,8 @@ from .copies import Copies, copies
 from .response_record import Record, delayed
 from .speeds import MOST, STEP, Piece, moved_by, passed, pieces, slowed
 
-PARTS = (
-    "bends",
-    "gains",
-    "shifts",
-    "ramps",
-    "speeds",
-    "start",
-    "columns",
-    "levels",
-)  # of the numbers beside A and B, in order
+# of the numbers beside A and B, in order
+PARTS = "bends", "gains", "shifts", "ramps", "speeds", "start", "columns", "levels"
 KEPT = "placed", "beside", "rows", "bridge", "gaps", "mixing", "deviations", "aside"  # .. of its parts and noise
 OF_MEAN = "placed", "drives", "before", "inner", "beside", "mean"  # of what is known, by others of the same mean
 EDGE = 0.9998  # of a pole, at most

@@ -26,16 +26,9 @@ from .walks import best_walk, walked, walks
 
 EDGE, BESIDE = 6, 5.0  # part of a record that is its edge; log odds that chance may take
 NOISE = "noise"
-TOLD = {
-    LEVEL: math.log(1000.0),
-    GAIN: SURE,
-    SPEED: SURE,
-}  # log odds from which one is told: what is slow looks like a level
-AT_ONCE = {
-    LEVEL: math.log(10.0),
-    GAIN: 0.0,
-    SPEED: 0.0,
-}  # log odds to a walk from which one is told: a gain's are seldom weak
+# Log odds from which one is told, for what is slow looks like a level; and those to a walk: a gain's are seldom weak.
+TOLD = {LEVEL: math.log(1000.0), GAIN: SURE, SPEED: SURE}
+AT_ONCE = {LEVEL: math.log(10.0), GAIN: 0.0, SPEED: 0.0}
 LARGER = 1.05 ** np.arange(40)  # than the least step of a level, what it is that no walk explains as well
 
 

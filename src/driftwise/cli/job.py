@@ -18,7 +18,7 @@ from driftwise.engine import bounds
 from driftwise.engine.errors import CommandError, InputError, Stopped
 
 BETWEEN = "lies between --from and --to"
-LOOK = 1000  # rows by which a clock is known
+LOOK, CELLS = 1000, 1 << 22  # rows by which a clock is known; cells that are held to see how a table is read
 
 
 class Command(Protocol):
@@ -174,33 +174,31 @@ class RecordJob(TableJob):
         return self.time is not None or self.dt is not None
 
     def open(self, output: str, *more: str, find_clock: bool = True) -> Any:
-        """Return the record; a clock that was not named may be looked for."""
-        from driftwise.tables.autoread import read
+        """Return the record, its rows as the whole table is read; a clock that was not named may be looked for."""
         from driftwise.tables.record import open_record
         from driftwise.tables.source import is_stream
 
-        columns, source, look = (*more, *self.inputs), None, 0
-        otherwise: tuple[str, ...] = ()
-        if self.is_recognised:
-            source = read(self.file, output, columns, self.time, self.chunk)[1].source()
-        elif not is_stream(self.file) and (self.time is not None or (find_clock and not self.has_clock)):
-            source, otherwise = self._read_otherwise(output, columns)
-            look = LOOK if self.time is None and source is None else 0
-        self.record = open_record(self.file, output, columns, self.time, self.chunk, self.raw, look, source)
-        self.record.otherwise = otherwise
+        columns, table, source = (*more, *self.inputs), None, None
+        if not is_stream(self.file):
+            table, source = self._understood(output, columns)
+        self.record = open_record(self.file, output, columns, self.time, self.chunk, self.raw, source)
+        if table is not None and not self.is_recognised:  # else it is told with the columns
+            self.record.otherwise = table.otherwise
+            self.record.table = table if find_clock and not self.has_clock else None
         return self.record
 
-    def _read_otherwise(self, output: str, columns: tuple[str, ...]) -> tuple[Any, tuple[str, ...]]:
-        """Return the rows of a table that is not read as it stands, and how it is; of any other (None, ())."""
+    def _understood(self, output: str, columns: tuple[str, ...]) -> tuple[Any, Any]:
+        """Return the `Table` that the columns are of, and its source; (None, None) of one that is not understood."""
         from driftwise.tables.autoread import read
+        from driftwise.tables.parts import source_of
+        from driftwise.tables.table import HEAD_ROWS
 
+        rows = max(min(HEAD_ROWS, CELLS // len(source_of(self.file).names)), LOOK)
         try:
-            table, segments = read(self.file, output, columns, self.time, self.chunk)
-        except InputError:  # it is not understood as a whole
-            return None, ()
-        otherwise = tuple(note for note in table.otherwise if note not in segments.table.source.notes)
-        is_other = otherwise or (self.time is not None and segments.table.is_made(table.time))
-        return (segments.source(), otherwise) if is_other else (None, ())
+            table, segments = read(self.file, output, columns, self.time, self.chunk, rows)
+        except InputError:
+            return None, None
+        return table, segments.source()
 
     def chunks(self, doing: str) -> Iterator[Any]:
         """Yield the chunks of the record that have rows between --from and --to, with a bar; without any it raises."""

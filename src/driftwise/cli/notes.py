@@ -6,7 +6,6 @@ from shlex import quote
 
 from driftwise.cli.run_options import AUTO
 from driftwise.detect.registry import by_word
-from driftwise.engine.errors import InputError
 from driftwise.results.numbers import number
 from driftwise.results.sentences import named_model_words
 from driftwise.tables.table_words import taken_words
@@ -23,16 +22,9 @@ def unreadable(cells: int) -> str:
 
 
 def clock_notes(record) -> list[str]:
-    """Return a sentence about the column that looks like the clock, where the whole table was looked at for one."""
-    from driftwise.tables.autoread import recognised
-
-    if record.whole is None:
-        return []
-    try:
-        table = recognised(record.whole, record.output, record.inputs)
-    except InputError:  # a table that is not understood as a whole
-        return []
-    if table.time is None:
+    """Return a sentence about the column that looks like the clock, where none was named."""
+    table = record.table
+    if table is None or table.time is None:
         return []
     step = f" (a row {table.step})" if table.timed else ""
     return [

@@ -98,10 +98,8 @@ ENOUGH = 0.1  # of the squares of each regressor that rows which agree have to h
 
 # Less noise among outliers
 QUIETER, KNOWN = 4.0, 8.0  # sigma^2 over what most rows say, from which on a filter begins with that; samples it is by
-SMALLEST, OF_SQUARES = (
-    1e-4,
-    1.2703628454614782,
-)  # of sigma^2, a square that counts; -E log z^2 of normal errors: gamma + log 2
+SMALLEST = 1e-4  # of sigma^2, a square that counts
+OF_SQUARES = 1.2703628454614782  # -E log z^2 of normal errors: gamma + log 2
 ROWS = 8.0  # of WINDOW that have to speak
 UNLIKELY, LONGEST = -8.0, 100.0  # log evidence, and samples, after which that filter is given up
 HAS_SEEN = 1.5  # outliers that it has to see: without, another level of the noise says as much, and a trial tells it

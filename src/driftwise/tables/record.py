@@ -20,7 +20,6 @@ from driftwise.tables.clock import Clock, TimeOfDay
 from driftwise.tables.moments import moment
 from driftwise.tables.parts import source_of
 from driftwise.tables.source import Source, resolve_all, title_of
-from driftwise.tables.table import MOST_COLUMNS, OpenTable
 
 
 class Chunk(NamedTuple):
@@ -61,7 +60,7 @@ class Record:
     codes, coded : those codes per output and input, by its first rows, and how many values were taken as missing so far
     tens : power of ten that an output or input is counted in, where its numbers are very large or very small
     beyond : outputs and inputs whose numbers are beyond 1e100
-    whole : the table with all its columns, where it was looked at
+    table : the whole `Table`, where it was looked at for a clock
     otherwise : how its rows are read, where that is not as they stand; a sentence each
     """
 
@@ -80,7 +79,7 @@ class Record:
     coded: dict[str, int] = field(default_factory=dict)
     tens: dict[str, int] = field(default_factory=dict)
     beyond: set[str] = field(default_factory=set)
-    whole: OpenTable | None = None
+    table: Any = None
     otherwise: tuple[str, ...] = ()
     _day: TimeOfDay | None = None  # of a clock that tells the time of day alone
 
@@ -192,7 +191,6 @@ def open_record(
     time: str | None = None,
     chunk_rows: int = CHUNK_ROWS,
     raw: bool = False,
-    look: int = 0,
     source: Source | None = None,
 ) -> Record:
     """Return the chosen columns of a table as a `Record` to iterate over.
@@ -203,7 +201,6 @@ def open_record(
     output, inputs, time : column names; a number counts columns from 1 where no column has that name
     chunk_rows : rows of a chunk
     raw : leave codes for a missing value as they are
-    look : so many first rows of all columns are looked at: the record then knows its ``whole`` table
     source : the table itself, where it is read otherwise than it stands
 
     Raises
@@ -217,7 +214,4 @@ def open_record(
     except InputError as error:
         raise InputError(f"{title_of(path)}: {error}") from None
     clock = names.pop() if time is not None else None
-    record = Record(str(path), names[0], tuple(names[1:]), clock, source, chunk_rows, Clock(clock or ""), raw=raw)
-    if look and len(source.names) <= MOST_COLUMNS and source.look(look):
-        record.whole = OpenTable(record.path, source, chunk_rows, look)
-    return record
+    return Record(str(path), names[0], tuple(names[1:]), clock, source, chunk_rows, Clock(clock or ""), raw=raw)

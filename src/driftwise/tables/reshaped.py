@@ -123,6 +123,8 @@ def widened(source: Source, named=()) -> Source:
     at, which = (pc.fill_null(array.indices, -1).to_numpy() for array in (stamps, quantities))
     rows = np.full((len(quantities.dictionary), len(stamps.dictionary)), -1)
     fine = (at >= 0) & (which >= 0)
+    if not fine.any():
+        return source
     rows[which[fine], at[fine]] = np.flatnonzero(fine)
     count = f"{keys[0]!r} names {len(rows)} quantities, of which each row holds one"
     if len(at) > MOST_ROWS or np.mean((rows >= 0).all(axis=0)) < WHOLE or np.sum(rows >= 0) < WHOLE * len(at):

@@ -120,10 +120,6 @@ class OpenTable:
                 return True
         return False
 
-    def is_made(self, clock: str) -> bool:
-        """Whether the stamps of a clock are made of several columns."""
-        return len(self._stamped(clock)) > 1
-
     def _stamped(self, clock: str) -> list[str]:
         """Return the columns that make up the stamps of a clock: parts of a date, or a date and a time of day."""
         if clock == self.calendar.get("year"):
