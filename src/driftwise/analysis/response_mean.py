@@ -47,7 +47,7 @@ class Mean:
     columns : (m, T) what else moves the level: a constant, a trend, a season
     more : numbers of bends, gains, shifts (what the level moved with a gain, which turns about
         an unknown point), ramps, speeds (logarithms of what the time constants were before, of what they are
-        then), start (the plant at the first sample), columns, levels
+        then), start (the plant at the first sample that was measured), columns, levels
     """
 
     record: Record
@@ -231,7 +231,7 @@ class Mean:
             others = pieces(self.denominator, self.speeds, values + STEP * np.eye(1, len(values), j)[0])
             by_speed.append(moved_by(self.stretches, others, STEP, self.drive, self.inner))
         before = np.array([delayed(self.before.signals[k], late) for k, late in self.before.places[: -n or None]])
-        starts = passed(self.stretches, np.eye(n, T), is_held=False)
+        starts = passed(self.stretches, np.eye(n, T, self.record.first), is_held=False)
         inside = passed(self.stretches, np.array([*found, *by_speed]), is_held=False)
         return np.concatenate([inside[:n], self.answered(before), inside[n:], starts])
 
@@ -251,14 +251,14 @@ class Mean:
         yield from ((self.drives[i] * (t >= since), (0,)) for i, since in self.gains)
         yield from (((t >= since).astype(float), (0,)) for _, since in self.gains)
         yield from ((self.drives[i] * (t / T - 1), (0,)) for i in self.ramps)
-        yield np.eye(1, T)[0], range(len(self.a))
+        yield np.eye(1, T, self.record.first)[0], range(len(self.a))
 
     @property
     def inner(self) -> np.ndarray:
         """What comes out of 1/A, (T,)."""
         if "inner" not in self.cache:
             start = np.zeros(len(self.record.y))
-            start[: len(self.a)] += self.more[self.placed()["start"]]
+            start[self.record.first :][: len(self.a)] += self.more[self.placed()["start"]]
             if self.speeds:
                 self.cache["inner"] = self.answered(self.drive) + passed(self.stretches, start, is_held=False)
             else:

@@ -265,7 +265,7 @@ def driving(start: Response, found: Response) -> Copies:
         return own.filtered(found.white, np.ones(1))
     if "driving" not in start.cache:  # the same for all poles that are tried
         T, k = start.record.u.shape
-        signals = np.vstack([*(start.moved(i) for i in range(k)), np.eye(1, T)])
+        signals = np.vstack([*(start.moved(i) for i in range(k)), np.eye(1, T, start.record.first)])
         start.cache["driving"] = filter_rows(start.white, np.ones(1), signals)
     lags = [(i, late) for i, d in enumerate(found.nk) for late in range(d, d + found.b.shape[1])]
     return Copies(start.cache["driving"], (*lags, *((len(found.nk), late) for late in range(len(found.a)))))

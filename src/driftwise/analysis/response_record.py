@@ -32,6 +32,11 @@ class Record:
     floor: float  # what rounding leaves of the noise, at least
     is_scattered: bool = False  # few samples follow each other: each is whitened by the one before, if long ago
 
+    @property
+    def first(self) -> int:
+        """The first sample that was measured: what a plant began with long before has died out by then."""
+        return int(np.argmax(np.isfinite(self.y)))
+
 
 def recorded(y, u) -> tuple[Record, float, float, np.ndarray, np.ndarray]:
     """Return y (T,) and u (T, k) about their middles in units of their deviations; deviation and middle of each.
