@@ -14,12 +14,14 @@ from urllib.parse import unquote
 
 from driftwise.engine.errors import InputError
 from driftwise.tables.csvfile import CsvSource
+from driftwise.tables.jsonfile import is_json, json_source
 from driftwise.tables.parquetfile import MemorySource, ParquetSource, ScannedSource
 from driftwise.tables.source import Source, damaged, is_stream, refuse_missing, title_of
 
 PARQUET = (".parquet", ".parq", ".pq")
 TEXT = (".csv", ".tsv", ".txt", ".dat")
 PACKED = (".gz", ".bz2", ".xz", ".zst")
+HEAD_BYTES = 64  # by which JSON is known
 NO_VALUE = "__HIVE_DEFAULT_PARTITION__"
 
 
@@ -77,7 +79,9 @@ def _opened(data) -> Source:
         if str(data) == "-":
             if sys.stdin is None:
                 raise InputError("standard input is closed: nothing can be read from it.")
-            return CsvSource(sys.stdin.buffer)
+            peek = getattr(sys.stdin.buffer, "peek", None)
+            is_records = peek is not None and is_json(peek(HEAD_BYTES))
+            return json_source(sys.stdin.buffer) if is_records else CsvSource(sys.stdin.buffer)
         refuse_missing(data)
         if is_stream(data):
             stream = open(data, "rb", buffering=0)
@@ -86,6 +90,9 @@ def _opened(data) -> Source:
             return source
         if _is_parquet(data):
             return ParquetSource(data)
+        with pa.input_stream(str(data)) as first:
+            if is_json(bytes(first.read(HEAD_BYTES))):
+                return json_source(pa.input_stream(str(data)))
         packed = pa.input_stream(str(data))
         is_packed = type(packed).__name__ == "CompressedInputStream"
         return CsvSource(packed, None if is_packed else os.path.getsize(data))
