@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from driftwise.engine.errors import InputError
 from driftwise.tables import autoread
 from driftwise.tables.table import open_table
 

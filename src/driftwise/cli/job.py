@@ -185,6 +185,8 @@ class RecordJob(TableJob):
         if table is not None and not self.is_recognised:  # else it is told with the columns
             self.record.otherwise = table.otherwise
             self.record.table = table if find_clock and not self.has_clock else None
+        if table is not None and not self.has_clock and table.time is None and table.timed:
+            self.dt = table.dt  # as lines above the rows say
         return self.record
 
     def _understood(self, output: str, columns: tuple[str, ...]) -> tuple[Any, Any]:

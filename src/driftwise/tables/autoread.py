@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 from driftwise.engine.errors import InputError
+from driftwise.results.numbers import lasting
 from driftwise.tables.chunks import CHUNK_ROWS
 from driftwise.tables.source import Source
 from driftwise.tables.table import HEAD_ROWS, OpenTable, open_table
@@ -110,6 +111,7 @@ class AsRead(Source):
         self.table, self.clock, self.count = table, found.time, found.count
         self.title, self.names, self.units = table.title, whole.names, whole.units
         self.decimal, self.day_first, self.size = whole.decimal, whole.day_first, whole.size
+        self.interval = whole.interval
 
     def _read(self, columns):
         for arrays, ragged in self.table.as_read(columns, self.clock):
@@ -199,6 +201,8 @@ def recognised(table: OpenTable, output=None, inputs=None, time=None, dt=None) -
         if found.sampling.duplicates > SHARED * found.rows and table.keep_one(found.time, asked(output, inputs)):
             found = recognise(_head(table, time), output, inputs, *how)
         table.note_zone(found.time)
+        if dt is None and not found.timed and (dt := table.source.interval):
+            table.otherwise.append(f"Samples are {lasting(dt)} apart, as the lines above the rows say.")
         found = found if dt is None else on_clock(found, dt)
         again = found.sampling.restarts
         stacked, recordings = table.recordings(again + 1) if again else ((), 0)

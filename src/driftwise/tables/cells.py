@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 
 from driftwise.engine.errors import InputError
+from driftwise.tables.cell_kinds import MINUS, MISSING
 from driftwise.tables.dates import are_compact, counted, iso
-from driftwise.tables.dialect import MINUS, MISSING
 
 LARGEST = 1e100  # whose square is a number yet
 USUAL = 30  # powers of ten: sizes of data beyond, either way, are counted in a unit of their own

@@ -6,7 +6,7 @@ import itertools
 
 import numpy as np
 
-from .column_roles import SCORES, Name
+from .column_roles import SCORES, Name, parse
 from .derived import is_part
 from .screening import screen
 
@@ -87,7 +87,10 @@ def propose_inputs(output: str, free: list[str], names: dict[str, Name], clean):
     more = [name for name in helps if name not in certain and helps[name] >= least[name]]
     chosen = [*certain, *more[: MOST_INPUTS - len(certain)]] or causes[:1]
     for name in chosen:
-        why[name] = because(names[name], "input") + (f", {100 * helps[name]:.2g} %" if name in helps else "")
+        reason = because(names[name], "input", names[output].kinds) or (
+            "its past helps" if name in helps else "beside it"
+        )
+        why[name] = reason + (f", {100 * helps[name]:.2g} %" if name in helps else "")
     for name in free:
         if name not in chosen:
             why.setdefault(name, "helps too little to predict the output" if name in [*causes, *others] else "no name")
@@ -116,12 +119,18 @@ def _is_computed(y, columns, setpoint) -> bool:
     return total > 0 and left(columns) < LEAK * total and left(columns) < 0.1 * left([setpoint])
 
 
-def because(name: Name, part: str) -> str:
-    """Return why a column plays its part, in a few words."""
+def because(name: Name, part: str, others: frozenset[str] = frozenset()) -> str:
+    """Return why a column plays its part, in a few words; of kinds that ``others`` share nothing is learnt.
+
+    >>> because(parse("heater [%]"), "input"), because(parse("CH1 [A]"), "input")
+    ('an actuator, by its name', 'a cause, by its unit')
+    >>> because(parse("CH1 [A]"), "input", parse("CH2 [A]").kinds)
+    ''
+    """
     kinds = sorted(kind for kind in name.kinds if (SCORES.get(kind, 0.0) > 0) == (part == "output") and kind in SCORES)
-    if kinds:
-        return f"{_CALLED[kinds[0]]}, by its name"
-    return "the only one left" if part == "output" else "its past helps"
+    if kinds := [kind for kind in kinds if kind not in others]:
+        return f"{_CALLED[kinds[0]]}, by its {'name' if kinds[0] in parse(name.base).kinds else 'unit'}"
+    return "the only one left" if part == "output" else ""
 
 
 _CALLED = {

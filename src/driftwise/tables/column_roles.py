@@ -92,6 +92,8 @@ def parse(name: str, unit: str = "") -> Name:
 def is_unit(text: str) -> bool:
     """Whether a word is a unit of measurement: V, [degC], m/s, 1/min, % ..."""
     bare = text.strip("[](){} ")
+    if re.match(r"[\d.]+\s", bare):  # a range, 100 °C
+        return False
     parts = re.split(r"[/*·]", bare)
     return any(mark in bare for mark in "°%²³µΩ") or all(
         part in _UNITS or part == "1" or part.rstrip("0123456789^-") in _UNITS for part in parts

@@ -8,7 +8,8 @@ from collections.abc import Iterator
 from typing import Any
 
 from driftwise.engine.errors import InputError
-from driftwise.tables.dialect import MISSING, Dialect, sniff
+from driftwise.tables.cell_kinds import MISSING
+from driftwise.tables.dialect import Dialect, sniff
 from driftwise.tables.growing import refuse_long
 from driftwise.tables.labelled import labels_of
 from driftwise.tables.marks import plain
@@ -61,6 +62,7 @@ class CsvSource(Source):
         self._rest = b"\n".join(lines[self.dialect.skip :])
         self.names, self.units = self.dialect.names, self.dialect.units
         self.decimal, self.day_first = self.dialect.decimal, self.dialect.day_first
+        self.interval = self.dialect.interval
         if not self.dialect.is_day_known:
             order = "day" if self.day_first else "month"
             self.notes = (f"Dates are read with the {order} first: no date of the table tells days from months.",)

@@ -10,17 +10,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from driftwise.engine.errors import InputError
-from driftwise.tables.dates import STAMP, are_compact
+from driftwise.tables.cell_kinds import GROUPED, kind
+from driftwise.tables.dates import are_compact
 from driftwise.tables.day_order import day_order
 from driftwise.tables.marks import Marks, marks_of
+from driftwise.tables.said_interval import interval_of
 
-MISSING = frozenset(
-    "|--.-|---.-|NA|N/A|n/a|na|#N/A|nan|NaN|NAN|Nan|-nan|-NaN|null|NULL|Null|None|none|NONE|missing|<NA>|NaT|\u2212|\u2013|\u2014".split(
-        "|"
-    )
-) | {mark * times for mark in "-.?*" for times in range(1, 6)}
-# How minus is written besides, and as it is read: a typographer's (which reports here print), an accountant's, SAP's.
-MINUS = (("\u2212", "-"), (r"^\(\s*([0-9.,]*[0-9][0-9.,]*)\s*\)$", r"-\1"), (r"^([0-9.,]*[0-9][0-9.,]*)-$", r"-\1"))
 COMMENTS = ("#", "%")
 DELIMITERS = ("\t", ";", "|", ",", " ")
 SAMPLE_LINES = 200
@@ -31,9 +26,7 @@ PROCESSED = frozenset(
     ["", "Avg", "Smp", "Min", "Max", "Tot", "Std", "WVc", "Med"]
 )  # what a logger did, below the units
 
-_DOT = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?$|[+-]?inf(inity)?$", re.I)
-_COMMA = re.compile(r"[+-]?(\d+,\d*|,\d+|[1-9]\d{0,2}(\.\d{3})+,\d*)([eEdD][+-]?\d+)?$")
-_GROUPED = re.compile(r"[+-]?[1-9]\d{0,2}(\.\d{3})+$")  # 1.234 in a table whose decimal mark is a comma
+_OF_DAY = re.compile(r"\d\d?:\d\d(:\d\d([.,]\d+)?)?$")
 
 
 @dataclass(frozen=True)
@@ -51,21 +44,7 @@ class Dialect:
     day_first: bool = True  # whether 1/2/2024 is the first of February
     is_day_known: bool = True  # whether anything says so
     marks: dict[str, Marks] = field(default_factory=dict)  # what cells carry beside numbers
-
-
-def kind(cell: str) -> str:
-    """Return what a cell holds: "number", "comma" (with a decimal comma), "missing", "stamp" or "text"."""
-    cell = cell.strip()
-    if cell in MISSING:
-        return "missing"
-    if cell[:1] in "(\u2212" or cell[-1:] == "-" or "\u2212" in cell:
-        for written, read in MINUS:
-            cell = re.sub(written, read, cell)
-    if _DOT.match(cell):
-        return "number"
-    if _COMMA.match(cell):
-        return "comma"
-    return "stamp" if STAMP.match(cell) else "text"
+    interval: float | None = None  # seconds between samples, as lines above the rows give it
 
 
 def split(line: str, delimiter: str) -> list[str]:
@@ -119,11 +98,13 @@ def sniff(lines: list[str], further: Sequence[str] = ()) -> Dialect:
     skip = numbers[start] if start < len(rows) else numbers[-1] + 1
     kinds = [Counter(kind(row[j]) for row in body) for j in range(width)]
     total = sum(kinds, Counter())
+    decimal = "," if total["comma"] > 0 and not _has_dots(body) else "."
+    above = [split(text, delimiter) for n, text in comments if n < skip] + rows[:start]
     later = [*lines[:: 1 + len(lines) // SAMPLE_LINES], lines[-1], *further]
     day_first, is_day_known = day_order(body, [split(line, delimiter) for line in later])
     return Dialect(
         delimiter=delimiter,
-        decimal="," if total["comma"] > 0 and not _has_dots(body) else ".",
+        decimal=decimal,
         day_first=day_first,
         is_day_known=is_day_known,
         names=tuple(names),
@@ -139,6 +120,7 @@ def sniff(lines: list[str], further: Sequence[str] = ()) -> Dialect:
         },
         texts=frozenset(n for n, k in zip(names, kinds) if k["text"] > k["number"] + k["comma"] + k["stamp"]),
         marks={name: mark for name, mark in zip(names, marks) if mark},
+        interval=interval_of(above, decimal),
     )
 
 
@@ -186,20 +168,36 @@ def _first(rows: list[list[str]], wide: list[int], numeric: list[int]) -> int:
     """
     cells = {i: {kind(rows[i][j]) for j in numeric} for i in wide[:SAID_LINES]}
     named = [i for i, kinds in cells.items() if kinds == {"text"}]
+    named = [i for i in named if not _is_setting(rows[i])] or named
     if not named:
         return wide[0]
     begin = named[-1]
+    below = next((i for i in wide if i > begin), begin)
+    if below - begin > 1 and _stands_over(_marked(rows[below - 1]), numeric):
+        return below  # the line that names the columns is longer or shorter than they are
     while begin - 1 in named:
         begin -= 1
     before = [i for i in wide if i < begin]
     is_part = len(before) < HEADER_LINES and all(_is_words(rows[i]) for i in before)
-    is_among_rows = any(not cells[i] & {"text", "missing"} for i in before)
+    is_called = all(kind(rows[i][0]) != "text" for i in wide[len(wide) // 2 :])  # a word says that it is no row
+    rows_before = [i for i in before if not (is_called and kind(rows[i][0]) == "text")]
+    is_among_rows = any(not cells[i] & {"text", "missing"} for i in rows_before)
     return wide[0] if is_part or is_among_rows else begin
 
 
 def _is_words(row: list[str]) -> bool:
     kinds = {kind(cell) for cell in row}
-    return "text" in kinds and not kinds & {"comma", "stamp", "number"}
+    return "text" in kinds and not kinds & {"comma", "stamp", "number"} and not any(map(_OF_DAY.match, row))
+
+
+def _is_setting(row: list[str]) -> bool:
+    """Whether a line says something of the columns, Inverted = NO, and does not name them."""
+    return row[0].endswith(("=", ":"))
+
+
+def _stands_over(row: list[str], numeric: list[int]) -> bool:
+    """Whether words stand over all columns of numbers, whatever follows to the right of them."""
+    return bool(numeric) and len(row) > numeric[-1] and _is_words([row[j] for j in numeric])
 
 
 def _counts_columns(row: list[str], body: list[list[str]]) -> bool:
@@ -211,6 +209,16 @@ def _counts_columns(row: list[str], body: list[list[str]]) -> bool:
     if len(row) < 3 or [cell.strip() for cell in row] not in counted:
         return False
     return any("." in cell or "," in cell or "e" in cell.lower() for line in body for cell in line)
+
+
+def _names(row: list[str], numeric: list[int]) -> bool:
+    """Whether a line above the rows can name their columns, or give their units."""
+    return _is_words(row) or _stands_over(row, numeric)
+
+
+def _marked(row: list[str]) -> list[str]:
+    """Return a line of names without the mark that some formats put before them: ~A DEPTH GR."""
+    return row[1:] if len(row) > 1 and row[0][:1] == "~" else row
 
 
 def _is_header(row: list[str], numeric: list[int], body: list[list[str]]) -> bool:
@@ -228,12 +236,18 @@ def _header(rows, first, width, numeric):
     """
     if not _is_header(rows[first], numeric, rows[first + 1 :]):
         start = first
-        while start and first - start < HEADER_LINES and _is_words(rows[start - 1]):
+        while start and first - start < HEADER_LINES and _names(rows[start - 1], numeric):
             start -= 1
-        lines = [row for row in rows[start:first] if len(row) == len(rows[first - 1]) > 1]
-        if lines:  # a header with fewer or more cells than the rows
-            return *_names_and_units(lines, len(lines[0])), first
-        return None, [], first
+            if rows[start][0][:1] == "~":
+                break
+        lines = [_marked(row) for row in rows[start:first]]
+        if all(map(_is_words, lines)):  # a header with fewer or more cells than the rows
+            lines = [row for row in lines if len(row) == len(lines[-1]) > 1]
+        else:  # it says something else, too, to the right of the names
+            lines = [row[: numeric[-1] + 1] for row in lines if len(row) > numeric[-1]]
+        if not lines:
+            return None, [], first
+        return *_names_and_units(lines, len(lines[0])), first
     start = first + 1
     while start < min(len(rows), first + HEADER_LINES) and len(rows[start]) == width and _is_words(rows[start]):
         if not numeric:  # a table of words: nothing tells a second line from data
@@ -360,4 +374,4 @@ def unique(header: list[str], width: int) -> list[str]:
 
 
 def _has_dots(body: list[list[str]]) -> bool:
-    return any("." in cell and kind(cell) == "number" and not _GROUPED.match(cell) for row in body for cell in row)
+    return any("." in cell and kind(cell) == "number" and not GROUPED.match(cell) for row in body for cell in row)

@@ -116,7 +116,7 @@ def _flat(record: Mapping[str, Any], before: str = "", depth: int = DEPTH) -> di
     >>> _flat({"t": 0, "oven": {"temp": 20.5, "at": [1, 2]}})
     {'t': 0, 'oven.temp': 20.5}
     """
-    found = {}
+    found: dict[str, Any] = {}
     for name, value in record.items():
         if isinstance(value, Mapping):
             found |= _flat(value, f"{before}{name}.", depth - 1) if depth else {}

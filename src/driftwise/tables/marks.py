@@ -6,7 +6,7 @@ import re
 from typing import NamedTuple
 
 _GROUPED = re.compile(r"[+-]?\d{1,3}(,\d{3})+(\.\d*)?$")  # 1,234.5
-_WITH_UNIT = re.compile(r"([+-]?(?:\d[\d.,]*|\.\d+)(?:[eE][+-]?\d+)?)\s*([^\d\s.,+-]\S{0,7})$")
+_WITH_UNIT = re.compile(r"((?:[+-]\s*)?(?:\d[\d.,]*|\.\d+)(?:[eE][+-]?\d+)?)\s*([^\d\s.,+-]\S{0,7})$")
 
 
 class Marks(NamedTuple):
@@ -53,7 +53,7 @@ def plain(array, marks: Marks):
 
     cells = pc.utf8_trim_whitespace(array)
     if marks.unit:
-        cells = pc.replace_substring_regex(cells, rf"^(\S*[\d.])\s*{re.escape(marks.unit)}$", r"\1")
+        cells = pc.replace_substring_regex(cells, rf"^([+-]?\s*\S*[\d.])\s*{re.escape(marks.unit)}$", r"\1")
     if marks.grouped:
         is_grouped = pc.fill_null(pc.match_substring_regex(cells, "^" + _GROUPED.pattern), False)
         cells = pc.if_else(is_grouped, pc.replace_substring(cells, ",", ""), cells)

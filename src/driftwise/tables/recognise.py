@@ -15,7 +15,7 @@ from ..results.numbers import instant, lasting, reading, usual_unit
 from .calendar import is_beyond, starts_over
 from .cleaning import Belief, judged
 from .column_candidates import propose_inputs, propose_output
-from .column_roles import SCORES, Name, parse
+from .column_roles import SCORES, SECONDS, Name, parse
 from .counts import Count, counted
 from .derived import derived, is_copy
 from .sampling import Sampling, judge_sampling
@@ -341,6 +341,8 @@ def _clock(columns, names: dict[str, Name], stamps: frozenset[str], wanted) -> s
             continue
         if score == 0.0 and "calendar" in names[name].kinds and np.all(steps >= 0) and np.mean(steps > 0) > 0.5:
             score = 1.5  # hours that go on, not those of the day
+        if score == 0.0 and names[name].unit in SECONDS and np.all(steps > 0) and j == 0:
+            score = 1.25  # a row of units says so
         if score == 0.0:  # no word for it: the first column, if it ticks
             ticks = j == 0 and np.all(steps > 0) and np.ptp(steps) <= 0.02 * np.median(steps)
             ticks &= not (np.all(steps == 1) and values[0] in (0, 1))  # an index, not a clock

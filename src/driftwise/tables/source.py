@@ -26,6 +26,7 @@ class Source:
     rows : how many, None where only reading to the end can tell
     size, position : how much there is, None for a pipe, and how much of it was read; bytes or rows
     ragged : rows so far with too many or too few cells
+    interval : seconds between rows, where what stands above them gives it
     notes : how it is read, where that is not as it stands; a sentence each
     """
 
@@ -35,6 +36,7 @@ class Source:
     rows: int | None = None
     size: int | None = None
     position = ragged = 0
+    interval: float | None = None
     notes: tuple[str, ...] = ()
 
     def __init__(self):

@@ -69,19 +69,22 @@ PLAIN_UNITS = (
     "V mV kV uV A mA uA W mW kW MW GW Wh kWh MWh Ah mAh Wm2 degC degF C F K Hz kHz MHz rpm m mm cm km um nm m2 "
     "m3 l L ml lpm kg g mg ug N kN Nm mNm bar mbar Pa kPa MPa hPa psi percent pct ppm ppb rad mrad deg mps kmh "
     "kph mph Ohm mOhm kOhm mF uF H mH mT lx lux lm dB dBm S mS uS J kJ MJ kcal mol mmol pH NTU s sec ms us ns "
-    "min h hr hrs d day days seconds minutes hours tr bpm USD EUR GBP bit inch ft lb gal gpm"
+    "min h hr hrs d day days seconds minutes hours Second Seconds Volt Volts Ampere Amps Hertz Watt tr bpm USD EUR GBP "
+    "bit inch ft lb gal gpm"
 )
 """Units as they are written in ASCII; with slashes, powers and dots between them, and ° % ² ³ µ Ω anywhere."""
 
 WRITTEN = {
     "degC": "°C", "degF": "°F", "percent": "%", "pct": "%", "Wm2": "W/m²", "W/m2": "W/m²", "mps": "m/s", "degc": "°C",
+    "Volt": "V", "Volts": "V", "Ampere": "A", "Amps": "A", "Hertz": "Hz", "Watt": "W",
     "deg C": "°C", "deg F": "°F", "℃": "°C", "Celsius": "°C", "m/s2": "m/s²", "m/s^2": "m/s²", "W/m^2": "W/m²",
     "m3/s": "m³/s", "m3/h": "m³/h", "U/min": "1/min", "lpm": "l/min",
 }  # fmt: skip
 """One way to write a unit for each of the others."""
 
 SECONDS = {
-    "ns": 1e-9, "us": 1e-6, "µs": 1e-6, "ms": 1e-3, "s": 1.0, "sec": 1.0, "seconds": 1.0, "min": 60.0, "mins": 60.0,
+    "ns": 1e-9, "us": 1e-6, "µs": 1e-6, "ms": 1e-3, "s": 1.0, "sec": 1.0, "seconds": 1.0, "Second": 1.0,
+    "Seconds": 1.0, "min": 60.0, "mins": 60.0,
     "minutes": 60.0, "h": 3600.0, "hr": 3600.0, "hrs": 3600.0, "hours": 3600.0, "d": 86400.0, "day": 86400.0,
     "days": 86400.0, "years": 365.25 * 86400.0,
 }  # fmt: skip
