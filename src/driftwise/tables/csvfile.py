@@ -9,9 +9,9 @@ from typing import Any
 
 from driftwise.engine.errors import InputError
 from driftwise.tables.cell_kinds import MISSING
-from driftwise.tables.dialect import Dialect, sniff
+from driftwise.tables.dialect import Dialect, sniff, split
 from driftwise.tables.growing import refuse_long
-from driftwise.tables.labelled import labels_of
+from driftwise.tables.labelled import written_as
 from driftwise.tables.marks import plain
 from driftwise.tables.source import Source
 
@@ -20,6 +20,11 @@ HEAD = 1 << 18
 PROBES, PROBE = 32, 4096  # places all over a file, and bytes at each, where dates are looked at
 LEAST_LINES = 4  # whole lines by which a table is known
 LABELLED = 50  # lines by which it is known that each repeats the names of its values
+_CLOSING = re.compile(
+    r"(average|avg|mean|mittelwert|moyenne|media|median|minimum|min|maximum|max|total|sum|summe|count|std|stdev"
+    r"|std\.? ?dev|standard deviation|range|end of (file|data)|eof)[.:]?$",
+    re.I,
+)
 _COMMENT_LINE = re.compile(rb"(?m)^[ \t]*[#%][^\n]*(?:\n|\Z)")
 
 
@@ -28,7 +33,8 @@ class CsvSource(Source):
 
     Blank lines are skipped (in a file of one column they are missing values), lines that begin with # or %
     are comments. A line with too many or too few cells becomes a row of missing values, counted in `ragged`:
-    a sample was taken, only its values are lost.
+    a sample was taken, only its values are lost. Lines of averages and extremes below the rows are no samples: what
+    they begin with is in `closing`.
     """
 
     def __init__(self, stream, size: int | None = None):
@@ -52,9 +58,12 @@ class CsvSource(Source):
         self._old_mac = b"\n" not in head and b"\r" in head
         head = self._line_ends(head)
         lines = head.split(b"\n")
-        self._labels, named = labels_of([line.decode("latin-1") for line in lines[:-1][:LABELLED]])
-        if self._labels:  # a row of names, then rows without
-            lines = [named.encode("latin-1"), *(self._labels.sub(b"", line) for line in lines)]
+        first = [line.decode("latin-1") for line in lines[:-1][:LABELLED]]
+        self._written, named, shown = written_as(first)
+        if self._written:
+            pattern, plainly = self._written
+            lines = [pattern.sub(plainly, line) for line in lines[shown:]]
+            lines = [named.encode("latin-1"), *lines] if named else lines  # a row of names, then rows without
         complete = lines[:-1] if len(head) >= HEAD // 2 and len(lines) > 1 else lines
         self.dialect: Dialect = sniff([_decode(line).rstrip("\r") for line in complete])
         if not self.dialect.is_day_known and self.size and self.size > len(head):
@@ -120,8 +129,9 @@ class CsvSource(Source):
             yield block
 
     def _tidy(self, block: bytes) -> bytes:
-        if self._labels:
-            block = self._labels.sub(b"", block)
+        if self._written:
+            block = self._written[0].sub(self._written[1], block)
+        block = self._without_closing(block)
         if block.lstrip(b" \t")[:1] in (b"#", b"%") or re.search(rb"\n[ \t]*[#%]", block):
             block = _COMMENT_LINE.sub(b"", block).rstrip(b"\r\n")
         if block.count(b'"') % 2:  # a stray quote would swallow every line up to the next one
@@ -129,6 +139,25 @@ class CsvSource(Source):
         if self.dialect.delimiter == " ":
             block = re.sub(rb"(?m)^[ \t]+|[ \t\r]+$", b"", re.sub(rb"[ \t]+", b" ", block))
         return block
+
+    def _without_closing(self, block: bytes) -> bytes:
+        """Return a block without the lines at its end that a spreadsheet works out below the rows."""
+        end = cut = len(block)
+        found: list[str] = []
+        while end > 0:
+            start = block.rfind(b"\n", 0, end) + 1
+            cells = split(_decode(block[start:end]).strip(), self.dialect.delimiter)
+            at = next((j for j, cell in enumerate(cells) if cell), None)
+            if at is not None:
+                has_words = at >= len(self.names) or self.names[at] in self.dialect.texts | self.dialect.marks.keys()
+                if has_words or not _CLOSING.match(cells[at]):
+                    break
+                found.insert(0, cells[at])
+            end, cut = start - 1, start
+        if not found:
+            return block
+        self.closing += tuple(found)
+        return block[:cut].rstrip(b"\r\n")
 
     def _parse(self, block, columns):
         import pyarrow as pa

@@ -20,6 +20,7 @@ COMMENTS = ("#", "%")
 DELIMITERS = ("\t", ";", "|", ",", " ")
 SAMPLE_LINES = 200
 HEADER_LINES = 5
+MIXED = 0.05  # share of the rows that a kind of them has, of which several are mixed
 SAID_LINES = 50  # as wide as the table, in which a header is looked for
 LOGGERS = frozenset({"TOA5", "TOACI1", "TOB1"})  # that write about themselves above the names, as many cells or not
 PROCESSED = frozenset(
@@ -75,6 +76,7 @@ def sniff(lines: list[str], further: Sequence[str] = ()) -> Dialect:
     delimiter = forced or _delimiter([line for _, line in content])
     numbers = [number for number, _ in content]
     rows = [split(line, delimiter) for _, line in content]
+    _refuse_mixed(rows[len(rows) // 2 :])
     width = _width(rows)
     wide = [i for i, row in enumerate(rows) if len(row) == width]
     numeric = _numeric([rows[i] for i in wide[len(wide) // 2 :]], width)
@@ -145,6 +147,18 @@ def _delimiter(lines: list[str]) -> str:
         if score > best_score + 1e-9:
             best, best_score = delimiter, score
     return best
+
+
+def _refuse_mixed(rows: list[list[str]]) -> None:
+    """Raise `InputError` where each row begins with the name of its kind, and kinds have cells of their own."""
+    kinds = Counter((row[0], len(row)) for row in rows)
+    often = {name: width for (name, width), count in kinds.items() if count >= MIXED * len(rows)}
+    is_mixed = len(often) > 1 and len(set(often.values())) > 1 and all(kind(row[0]) == "text" for row in rows)
+    if is_mixed and len({name for name, _ in kinds}) == len(kinds):
+        told = ", ".join(f"{name} with {width}" for name, width in sorted(often.items()))
+        raise InputError(
+            f"rows of several kinds are mixed, each with cells of its own ({told}): keep the rows of one, by its name."
+        )
 
 
 def _width(rows: list[list[str]]) -> int:

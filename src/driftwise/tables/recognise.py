@@ -26,6 +26,7 @@ SHOWN = 8  # columns that a message lists
 LARGE = "numbers beyond 1e100"
 OUT_OF_STEP = 0.05  # share of stamps that may go back
 DOUBTFUL = 0.5  # share of the rows whose values are not believed, above which a column is no signal
+LEAST_ROWS, EARLY = 100, 0.1  # rows, and the share of them, after which a column without a value is none
 MARKS = 20  # values that a mark may have, at most
 MEASURED = frozenset(("anomaly", "class", "quality"))  # marks by name that may be quantities: a deviation, seats
 
@@ -295,6 +296,9 @@ def _measured(name: str, values, unit: str, belief: Belief, doubt) -> Column:
         return replace(column, role="empty", why="no value")
     if fine.min() == fine.max():
         return replace(column, role="constant", why=f"always {fine[0]:g}")
+    last = int(np.flatnonzero(np.isfinite(values))[-1])
+    if len(values) >= LEAST_ROWS and last < EARLY * len(values):  # settings, beside the first rows
+        return replace(column, role="empty", why=f"no value after row {last + 1}")
     moves = np.flatnonzero(np.diff(fine))
     still = fine.size - 1 - moves[-1]
     if still > 50 and still >= 0.5 * fine.size and moves.size > 0.5 * (fine.size - still):
@@ -330,7 +334,9 @@ def _resolution(values) -> float:
 def _clock(columns, names: dict[str, Name], stamps: frozenset[str], wanted) -> str | None:
     """Return the name of the time column, None if there is none."""
     best, best_score = None, 0.0
-    for j, (name, values) in enumerate(columns.items()):
+    filled = (n for n, v in columns.items() if v is not None and np.isfinite(v[len(v) // 2 :]).any())
+    first = next(filled, None)  # column of numbers
+    for name, values in columns.items():
         if values is None or name in wanted:
             continue
         score = 3.0 if name in stamps else 2.0 if "time" in names[name].kinds else 0.0
@@ -341,10 +347,10 @@ def _clock(columns, names: dict[str, Name], stamps: frozenset[str], wanted) -> s
             continue
         if score == 0.0 and "calendar" in names[name].kinds and np.all(steps >= 0) and np.mean(steps > 0) > 0.5:
             score = 1.5  # hours that go on, not those of the day
-        if score == 0.0 and names[name].unit in SECONDS and np.all(steps > 0) and j == 0:
+        if score == 0.0 and names[name].unit in SECONDS and np.all(steps > 0) and name == first:
             score = 1.25  # a row of units says so
         if score == 0.0:  # no word for it: the first column, if it ticks
-            ticks = j == 0 and np.all(steps > 0) and np.ptp(steps) <= 0.02 * np.median(steps)
+            ticks = name == first and np.all(steps > 0) and np.ptp(steps) <= 0.02 * np.median(steps)
             ticks &= not (np.all(steps == 1) and values[0] in (0, 1))  # an index, not a clock
             if not ticks or names[name].kinds:
                 continue

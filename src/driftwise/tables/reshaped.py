@@ -8,8 +8,8 @@ from unicodedata import normalize
 import numpy as np
 
 from .calendar import PARTS
-from .cells import kind_of
-from .dates import MONTHS
+from .cells import kind_of, numbers
+from .dates import CENTURY, MONTHS
 from .dialect import unique
 from .parquetfile import MemorySource
 from .source import Source
@@ -22,6 +22,13 @@ QUANTITIES = (
     "pointname signal name variablename quantity item itemid kanal signalname messstelle merkmal topic key"
 )
 QUANTITY_UNITS = "unit units uom einheit unite unidad unita"
+NAMELESS = ("column1", "column2", "column3")
+WHOLES = frozenset("sec secs second seconds s".split())
+FRACTIONS = {
+    **dict.fromkeys("nanosec nanosecs nsec nsecs nanosecond nanoseconds ns nanos".split(), 1e-9),
+    **dict.fromkeys("usec usecs microsec microsecs microsecond microseconds us".split(), 1e-6),
+    **dict.fromkeys("msec msecs millisec millisecs millisecond milliseconds ms millis".split(), 1e-3),
+}  # seconds of what stands beside whole ones
 MOST_QUANTITIES, MOST_ROWS = 16, 65_535
 WHOLE = 0.9  # share of the stamps at which every quantity was taken
 
@@ -37,7 +44,7 @@ class Reshaped(Source):
     def _rows(self, columns):
         """Yield (arrays, ragged) of the other source, and be as far as it is."""
         for arrays, ragged in self.source.batches(columns):
-            self.position, self.ragged = self.source.position, self.source.ragged
+            self.position, self.ragged, self.closing = self.source.position, self.source.ragged, self.source.closing
             yield arrays, ragged
 
 
@@ -82,6 +89,56 @@ class Kept(Reshaped):
             yield [array.filter(pa.array(kept)) for array in arrays[:-1]], ragged[kept]
 
 
+class WithFractions(Reshaped):
+    """The rows of a source with a column of seconds, and their fractions in another, as one column of seconds.
+
+    ``fraction`` counts in ``size`` seconds.
+    """
+
+    def __init__(self, source: Source, whole: str, fraction: str, size: float):
+        super().__init__(source, tuple(name for name in source.names if name != fraction), source.units)
+        self.whole, self.part, self.part_size = whole, fraction, size
+        self.notes = (*source.notes, f"{fraction!r} are fractions of the seconds of {whole!r}: they are added.")
+
+    def _read(self, columns):
+        import pyarrow as pa
+
+        for arrays, ragged in self._rows([*columns, *([self.part] if self.whole in columns else [])]):
+            if self.whole in columns:
+                at, more = columns.index(self.whole), numbers(arrays.pop(), self.decimal)[0]
+                arrays[at] = pa.array(numbers(arrays[at], self.decimal)[0] + self.part_size * more)
+            yield arrays, ragged
+
+
+def with_fractions(source: Source, named=()) -> Source:
+    """Return a table with seconds and their fractions, as ROS and C write them, as one of seconds; any other as it is.
+
+    >>> from driftwise.tables.parquetfile import MemorySource
+    >>> table = {"stamp.sec": [7, 7, 8], "stamp.nanosec": [0, 500_000_000, 0], "temp": [20.5, 20.7, 20.6]}
+    >>> with_fractions(MemorySource(table)).names
+    ('stamp.sec', 'temp')
+    """
+    words = {name: re.findall(r"[a-z]+", name.lower()) for name in source.names}
+    pairs = [
+        (whole, part, FRACTIONS[words[part][-1]])
+        for part in source.names
+        if words[part] and words[part][-1] in FRACTIONS and part not in named
+        for whole in source.names
+        if words[whole] and words[whole][-1] in WHOLES and words[whole][:-1] == words[part][:-1]
+    ]
+    for whole, part, size in pairs:
+        arrays = source.look(1)[0][0]
+        cells = [arrays[source.names.index(name)] for name in (whole, part)]
+        if any(kind_of(array, source.decimal, source.day_first) != "number" for array in cells):
+            continue
+        seconds, rest = (numbers(array, source.decimal)[0] for array in cells)
+        fine = np.isfinite(seconds) & np.isfinite(rest)
+        is_whole = not np.any(np.r_[seconds[fine], rest[fine]] % 1)
+        if is_whole and fine.any() and rest[fine].min() >= 0 and 0 < size * rest[fine].max() < 1:
+            return WithFractions(source, whole, part, size)
+    return source
+
+
 def _end_to_end(arrays):
     """Return pyarrow arrays as one, of text where they are not alike."""
     import pyarrow as pa
@@ -108,6 +165,8 @@ def widened(source: Source, named=()) -> Source:
     import pyarrow.compute as pc
 
     words = {name: re.sub(r"[^a-z]", "", name.lower()) for name in source.names}
+    if NAMELESS == tuple(source.names):  # mosquitto_sub, and others that print a topic and its value
+        words = dict(zip(NAMELESS, ("time", "topic", "value")))
     called = {what: [n for n in source.names if words[n] in what.split()] for what in (VALUES, QUANTITIES)}
     if len(called[VALUES]) != 1 or not called[QUANTITIES] or called[VALUES][0] in named:
         return source
@@ -115,6 +174,8 @@ def widened(source: Source, named=()) -> Source:
     columns = {n: _end_to_end([arrays[j] for arrays, _ in batches]) for j, n in enumerate(source.names)}
     kinds = {name: kind_of(array, source.decimal, source.day_first) for name, array in columns.items()}
     clocks = [name for name, kind in kinds.items() if kind == "stamp" and len(columns[name].unique()) > 1]
+    if not clocks and NAMELESS == tuple(source.names) and _count_seconds(columns[NAMELESS[0]], source.decimal):
+        clocks = [NAMELESS[0]]
     keys = [name for name in called[QUANTITIES] if kinds[name] in ("text", "switch")]
     keys = [name for name in keys if 1 < len(columns[name].drop_null().unique()) <= MOST_QUANTITIES]
     if len(clocks) != 1 or len(keys) != 1 or kinds[called[VALUES][0]] != "number":
@@ -141,6 +202,12 @@ def widened(source: Source, named=()) -> Source:
         wide.units = {n: unit for n, unit in zip(names[1:], units) if isinstance(unit, str) and unit}
     wide.notes = (*source.notes, f"{count}: they are read side by side.")
     return wide
+
+
+def _count_seconds(array, decimal: str) -> bool:
+    """Whether cells are seconds since 1970, of this century."""
+    values = numbers(array, decimal)[0]
+    return bool(np.all((CENTURY[0] <= values) & (values < CENTURY[1])))
 
 
 def unrolled(source: Source, named=()) -> Source:

@@ -27,6 +27,7 @@ class Source:
     size, position : how much there is, None for a pipe, and how much of it was read; bytes or rows
     ragged : rows so far with too many or too few cells
     interval : seconds between rows, where what stands above them gives it
+    closing : what lines below the rows begin with that are averages and the like, and no samples
     notes : how it is read, where that is not as it stands; a sentence each
     """
 
@@ -36,6 +37,7 @@ class Source:
     rows: int | None = None
     size: int | None = None
     position = ragged = 0
+    closing: tuple[str, ...] = ()
     interval: float | None = None
     notes: tuple[str, ...] = ()
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from driftwise.engine.errors import InputError
+from driftwise.results.numbers import listed
 from driftwise.tables.calendar import calendar_of, is_part, joined
 from driftwise.tables.cells import (
     are_beyond,
@@ -24,7 +25,7 @@ from driftwise.tables.chunks import CHUNK_ROWS, rechunked
 from driftwise.tables.clock import DAY, HOUR, Clock, TimeOfDay
 from driftwise.tables.moments import moment
 from driftwise.tables.parts import source_of
-from driftwise.tables.reshaped import Kept, unrolled, widened
+from driftwise.tables.reshaped import Kept, unrolled, widened, with_fractions
 from driftwise.tables.source import Source, title_of
 
 MOST_COLUMNS = 4096  # among which it is found out what they are; a few milliseconds each
@@ -60,11 +61,16 @@ class OpenTable:
         self.time_of_day: str | None = None
         self._date: str | None = None  # the column of dates that takes them in
         self.calendar: dict[str, str] = {}
-        self.otherwise = list(source.notes)
+        self.otherwise: list[str] = []
         self._is_turned = False
         first = source.look(head_rows)
         if not first:
             raise InputError(f"{title}: the table has a header but no rows. Was the recording stopped before it began?")
+        self.otherwise += source.notes
+        if source.closing:
+            self.otherwise.append(
+                f"Lines below the rows are no samples: {listed([*map(repr, source.closing)])} left out."
+            )
         self._how = source.decimal, source.day_first
         self._cells = {name: kind_of(array, *self._how) for name, array in zip(self.names, first[0][0], strict=True)}
         for name, array in zip(self.names, first[0][0]):
@@ -293,7 +299,7 @@ def open_table(data, chunk_rows: int = CHUNK_ROWS, head_rows: int = HEAD_ROWS, n
     """
     what = "the mapping" if isinstance(data, Mapping) else "the data frame"
     title = title_of(data) if isinstance(data, str | Path) else what
-    source = widened(unrolled(source_of(data), named), named)
+    source = with_fractions(widened(unrolled(source_of(data), named), named), named)
     if len(source.names) > MOST_COLUMNS:
         raise InputError(
             f"{title}: of more than {MOST_COLUMNS} columns it is not found out what they are, and there are "
