@@ -1,4 +1,4 @@
-"""Rows as serial monitors show them: heater:50,temp:22.4 or heater=50 temp=22.4, with names; 12:01:07.250 -> 50,22.4."""
+"""Rows as serial monitors show them: heater:50,temp:22.4 or heater=50 temp=22.4; 12:01:07.250 -> 50,22.4."""
 
 from __future__ import annotations
 
