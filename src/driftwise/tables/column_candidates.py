@@ -88,7 +88,7 @@ def propose_inputs(output: str, free: list[str], names: dict[str, Name], clean):
     chosen = [*certain, *more[: MOST_INPUTS - len(certain)]] or causes[:1]
     for name in chosen:
         reason = because(names[name], "input", names[output].kinds) or (
-            "its past helps" if name in helps else "beside it"
+            "its past helps" if name in helps else "of the same unit"
         )
         why[name] = reason + (f", {100 * helps[name]:.2g} %" if name in helps else "")
     for name in free:
@@ -120,7 +120,7 @@ def _is_computed(y, columns, setpoint) -> bool:
 
 
 def because(name: Name, part: str, others: frozenset[str] = frozenset()) -> str:
-    """Return why a column plays its part, in a few words; of kinds that ``others`` share nothing is learnt.
+    """Return why a column plays its part, in a few words; of a unit that ``others`` share nothing is learnt.
 
     >>> because(parse("heater [%]"), "input"), because(parse("CH1 [A]"), "input")
     ('an actuator, by its name', 'a cause, by its unit')
@@ -128,8 +128,9 @@ def because(name: Name, part: str, others: frozenset[str] = frozenset()) -> str:
     ''
     """
     kinds = sorted(kind for kind in name.kinds if (SCORES.get(kind, 0.0) > 0) == (part == "output") and kind in SCORES)
-    if kinds := [kind for kind in kinds if kind not in others]:
-        return f"{_CALLED[kinds[0]]}, by its {'name' if kinds[0] in parse(name.base).kinds else 'unit'}"
+    called = parse(name.base).kinds
+    if kinds := [kind for kind in kinds if kind in called or kind not in others]:
+        return f"{_CALLED[kinds[0]]}, by its {'name' if kinds[0] in called else 'unit'}"
     return "the only one left" if part == "output" else ""
 
 
