@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from driftwise.estimators.track import bank, departure, judging, learning, legs, step, unforeseen
+from driftwise.estimators.track import bank, departure, judging, learning, legs, output, step, unforeseen
 from oracle.motion_members import Circle, Legs, Linear, Pole
 
 TINY = 1e-12  # no evidence is quite nothing
@@ -133,6 +133,9 @@ class Follower:
             found["state"] = x + kept.doubt * apart.reshape(x.shape)
             inner = before["spread"] + (1 - kept.doubt) * np.outer(apart, apart)
             found["spread"] = (1 - kept.doubt) * found["spread"] + kept.doubt * inner
+        if (kept if waits else chosen).seen >= output.KNOWN:
+            misses = output.MISSES * np.minimum(np.broadcast_to(chosen.g, self.C), 1.0) * (base + e**2)
+            found["spread"] = found["spread"] + np.diag(np.column_stack([misses, np.zeros((self.C, 2))]).ravel())
         self.__dict__ = kept.__dict__ if waits else chosen.__dict__
         return found
 

@@ -72,3 +72,14 @@ def test_noise_that_is_a_thousand_times_larger_from_now_on_is_no_wandering():
         t, path + np.where(t < 20, 0.02, 20.0)[:, None] * rng.standard_normal((60, 2))
     )
     assert np.all(np.abs(trace.position - path)[3:] < 8 * trace.position_sd[3:])
+
+
+@pytest.mark.parametrize("cells", [1.0, 2.0])
+def test_a_step_that_repeats_may_be_that_of_one_cell(cells):
+    """It goes as many cells in each scan, and is off by up to half of one all the while; across it errs as plots do."""
+    t, cell = np.arange(40.0), 5.0
+    off = np.random.default_rng(8).standard_normal(40)
+    plots = np.stack([cells * cell * t, 3.0 * t + off], axis=1)
+    trace = dw.TrackEstimator(2.0).scan(t, plots)
+    assert (trace.position_sd[5:, 0] > 0.5 * cells * cell / 9).all()
+    assert (trace.position_sd[20:, 1] < 1.0).all()

@@ -22,6 +22,7 @@ EASED, TAUGHT = 0.3, 1.0  # what such a plot leaves of it, above what second dif
 FRESH, TRIED = 3.0, 30.0  # .. beyond so many plots, and while so few are known that wild ones may have taught it
 FUZZ, EXACT = 0.01, 1e-9  # of a lattice's step, and of a step itself: what is no difference
 EQUAL, RULED = 1.0, 2.0  # a step, by the one before it
+CELLS = 0.2  # of a step that repeats: the cell, rms, where it is that of one, of two, .. or plots are exact
 BENT, ROUNDED = 3e-7, 1e-8  # 1/m, what a plane bends of a line of degrees; m, what numbers of this size round
 LEAST_COUNT = 1e-3  # of the tails, of what they start with
 LEAST_WILD = 0.02  # .. and plots that were wild: however many were not, one may be
@@ -151,12 +152,18 @@ def repeated(row, C, c, y):
 
 @kernel
 def cell_variance(task, row, C, c):
-    """Return the variance of a place within a cell of its lattice, which plots repeat: its own step, another's, any."""
+    """Return the variance of a place within a cell of its lattice, on which steps repeat: its own, another's, any.
+
+    A step that repeats and is not zero is some number of cells: the cell is hardly larger, and may be as large.
+    """
     own = row[bank.of_coordinate(C, bank.GRAIN, c)]
-    if own > 0.0 or row[bank.of_coordinate(C, bank.SPEED, c)] != 0.0:
+    if own > 0.0:
         return square(own) / 12.0
-    step = unforeseen.largest_cell(row, C)
-    return square(step) / 12.0 if step > 0.0 else square(unforeseen.UNSEEN * task.fastest)
+    step, any_cell = unforeseen.largest_cell(row, C), square(unforeseen.UNSEEN * task.fastest)
+    if row[bank.of_coordinate(C, bank.SPEED, c)] != 0.0:
+        walked = abs(row[bank.of_coordinate(C, bank.SPEED, c)]) * exp(row[bank.GAP])
+        return square(min(step, walked) if step > 0.0 else CELLS * walked) / 12.0
+    return square(step) / 12.0 if step > 0.0 else any_cell
 
 
 @kernel

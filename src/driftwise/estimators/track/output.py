@@ -9,6 +9,9 @@ from ...engine.normal import density
 from ...engine.status import NOT_READY
 from . import bank, circle, learning, legs, linear, pole
 
+MISSES = 0.005  # chance that a plot, whatever its size, tells nothing of the place: no forecast shows that it did ..
+KNOWN = 4.0  # .. once so many plots were seen: before, what the class can do is all that is expected
+
 
 @kernel
 def expect(C, w, mean, S, told):
@@ -162,6 +165,23 @@ def blend_state(C, share, other, out):
             at += 1
     for j in range(n):
         out[x + j] += share * (other[x + j] - out[x + j])
+
+
+@kernel
+def allow_for_error(row, C, g, out):
+    """Widen the variances of the place by the chance that the plot says nothing of it: it is where it was expected.
+
+    Noise that jumps looks like motion to members that follow every plot, and they swear to its old size. ``g``: what a
+    plot has of the variance of others; one that says that it is more precise is believed in proportion.
+    """
+    if row[bank.SEEN] < KNOWN:
+        return
+    at, n = bank.sample_at(C).covariance, 3 * C
+    for j in range(n):
+        if j % 3 == 0:
+            e, s = out[bank.column(C, 1, j // 3)], out[bank.column(C, 2, j // 3)]
+            out[at] += MISSES * min(g[j // 3], 1.0) * (s + e * e)
+        at += n - j
 
 
 @kernel

@@ -276,6 +276,8 @@ def advance(task, row, t, y, R, out, kept):
     output.tell_state(task, now, C, T, w, unit, x, A, F, out)
     if waits:
         output.blend_state(C, row[bank.DOUBT], spare, out)
+    if is_seen:
+        output.allow_for_error(row, C, g, out)
     output.tell_place(row, C, out)
     output.tell_turn(C, out)
     output.tell_pole(now, C, w, out)
