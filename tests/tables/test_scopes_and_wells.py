@@ -107,3 +107,28 @@ def test_channels_called_alike_are_no_causes_by_name(tmp_path):
     path.write_text("Time,CH1,CH2\ns,V,V\n" + "\n".join(pairs("{t:.1f},{u},{y:.3f}")) + "\n")
     table = read(path)[0]
     assert table.inputs == ("CH1",) and table["CH1"].why.startswith("its past helps")
+
+
+def test_a_line_of_the_version_as_wide_as_the_table_names_nothing(tmp_path):
+    path = tmp_path / "wide.las"
+    head = ["~VERSION", "VERS. 2.0 :CWLS", "WRAP. NO :ONE LINE PER STEP", "~CURVE", "TEMP.degC : 1 of two"]
+    head += ["~A TIME_s HEATER TEMP"]
+    path.write_text("\n".join([*head, *pairs("{t:9.1f} {u:9.2f} {y:9.3f}", 5, 2)]) + "\n")
+    assert open_table(path).names == ("TIME_s", "HEATER", "TEMP")
+
+
+def test_a_sentence_about_the_interval_is_no_name(tmp_path):
+    path = tmp_path / "phase.txt"
+    path.write_text("# Signal: oven\n# data interval 2 s\n" + "\n".join(pairs("{y:.4f}")) + "\n")
+    table = read(path)[0]
+    assert (table.output, table.dt, table.timed) == ("Signal: oven", 2.0, True)
+
+
+def test_a_unit_that_all_channels_have_makes_none_an_input(tmp_path):
+    """Read beside two others in volts, of which one drives it and one is noise."""
+    noise = RNG.normal(size=SAMPLES)
+    path = tmp_path / "volts.csv"
+    rows = [f"{0.1 * k:.1f},{U[k]},{noise[k]:.3f},{Y[k]:.3f}" for k in ROWS]
+    path.write_text("Time,CH1,CH2,CH3\ns,V,V,V\n" + "\n".join(rows) + "\n")
+    table = read(path, output="CH3")[0]
+    assert table.inputs == ("CH1",) and table["CH2"].why == "helps too little to predict the output"

@@ -202,7 +202,8 @@ def recognised(table: OpenTable, output=None, inputs=None, time=None, dt=None) -
             found = recognise(_head(table, time), output, inputs, *how)
         table.note_zone(found.time)
         if dt is None and not found.timed and (dt := table.source.interval):
-            table.otherwise.append(f"Samples are {lasting(dt)} apart, as the lines above the rows say.")
+            said = f"Samples are {lasting(dt)} apart, as the lines above the rows say."
+            table.otherwise += [said] if said not in table.otherwise else []
         found = found if dt is None else on_clock(found, dt)
         again = found.sampling.restarts
         stacked, recordings = table.recordings(again + 1) if again else ((), 0)

@@ -55,7 +55,7 @@ def propose_inputs(output: str, free: list[str], names: dict[str, Name], clean):
     """Return (the inputs proposed, why per name, how much each helps): by name, then by how much they help."""
     y = clean[output]
     why: dict[str, str] = {}
-    causes = [name for name in free if names[name].score <= -1]
+    causes = [n for n in free if names[n].score <= -1 and because(names[n], "input", names[output].kinds)]
     setpoints = [name for name in causes if "setpoint" in names[name].kinds]
     acting = [name for name in causes if names[name].kinds & ACTING and name not in setpoints]
     for name in list(acting) if setpoints else ():
@@ -87,9 +87,7 @@ def propose_inputs(output: str, free: list[str], names: dict[str, Name], clean):
     more = [name for name in helps if name not in certain and helps[name] >= least[name]]
     chosen = [*certain, *more[: MOST_INPUTS - len(certain)]] or causes[:1]
     for name in chosen:
-        reason = because(names[name], "input", names[output].kinds) or (
-            "its past helps" if name in helps else "of the same unit"
-        )
+        reason = because(names[name], "input", names[output].kinds) or "its past helps"
         why[name] = reason + (f", {100 * helps[name]:.2g} %" if name in helps else "")
     for name in free:
         if name not in chosen:

@@ -183,8 +183,9 @@ def _first(rows: list[list[str]], wide: list[int], numeric: list[int]) -> int:
     cells = {i: {kind(rows[i][j]) for j in numeric} for i in wide[:SAID_LINES]}
     named = [i for i, kinds in cells.items() if kinds == {"text"}]
     named = [i for i in named if not _is_setting(rows[i])] or named
-    if not named:
-        return wide[0]
+    if not named:  # lines about the record may be as wide, alone among others
+        alone = [i for i in cells if i + 1 not in wide and "text" in cells[i]]
+        return next((i for i in wide if i not in alone), wide[0])
     begin = named[-1]
     below = next((i for i in wide if i > begin), begin)
     if below - begin > 1 and _stands_over(_marked(rows[below - 1]), numeric):
@@ -368,7 +369,7 @@ def _commented_header(comments: list[str], delimiter: str, width: int):
     """Return the last comment line that names every column (what numpy.savetxt writes), or None."""
     for text in reversed(comments):
         for cells in (split(text, delimiter), text.split()):
-            if len(cells) == width and _is_words(cells):
+            if len(cells) == width and _is_words(cells) and not (width == 1 and interval_of([cells])):
                 return cells
     return None
 

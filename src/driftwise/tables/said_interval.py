@@ -10,12 +10,13 @@ from .column_roles import SECONDS
 # What it is called, without blanks. Of the plain ones a number without a unit is in seconds.
 PLAIN = "deltax xincrement increment sampleinterval sampleperiod sampletime hresolution tinterval timestep".split()
 INTERVALS = (
-    "interval samplinginterval samplingperiod samplingtime scaninterval logginginterval loginterval recordinterval "
-    "abtastintervall abtastzeit messintervall".split()
+    "interval datainterval samplinginterval samplingperiod samplingtime scaninterval logginginterval loginterval "
+    "recordinterval abtastintervall abtastzeit messintervall".split()
 )
 RATES = "samplerate samplingrate samplingfrequency samplefrequency scanrate abtastrate abtastfrequenz".split()
 HERTZ = {"Hz": 1.0, "hz": 1.0, "HZ": 1.0, "kHz": 1e3, "MHz": 1e6, "GHz": 1e9, "S/s": 1.0, "Sa/s": 1.0}
 _NUMBER = re.compile(r"([+-]?[\d.]+(?:[eE][+-]?\d+)?)\s*([A-Za-zµ/]*)$")
+_SENTENCE = re.compile(r"(.*?interval|.*?rate)\s+([\d.]+\s*[A-Za-z/]+)$", re.I)
 _NAMED = re.compile(r"\W*([^(\[]*?)\s*(?:[(\[](.*?)[)\]])?\W*$")
 
 
@@ -26,13 +27,15 @@ def interval_of(lines: Iterable[list[str]], decimal: str = ".") -> float | None:
     (4e-08, 0.02)
     >>> interval_of([["X", "CH1", "Start", "Increment"], ["Sequence", "Volt", "-1e-3", "5e-06"]])
     5e-06
-    >>> interval_of([["# interval: 500 ms"]]), interval_of([["interval", "5"]]), interval_of([["Delta_X", "1", "2"]])
-    (0.5, None, None)
+    >>> interval_of([["# interval: 500 ms"]]), interval_of([["data interval 2 s"]]), interval_of([["interval", "5"]])
+    (0.5, 2.0, None)
     """
     found, above = set[float](), list[str]()
     for line in lines:
         cells = [cell.strip() for cell in line]
         told = [part for cell in cells for part in re.split(r"\s*[:=]+\s*", cell) if part]
+        if len(told) == 1 and (sentence := _SENTENCE.match(told[0])):
+            told = [*sentence.groups()]
         if told:
             found |= {step for value in told[1:] if (step := _seconds(told[0], value, decimal))}
         for name, value in zip(above[1:], cells[1:]):
