@@ -25,6 +25,7 @@ from .effects import is_known
 from .forecast_verdicts import whiteness_verdict
 from .identifier import CLOSE
 from .seasons import season_words
+from .table_together import together_words
 
 FAST = 0.05  # a pole below that is over within a sample
 NOTHING = 1e-3  # of processes without memory, that are told a mode
@@ -188,7 +189,7 @@ def change_claims(found) -> Iterator[Claim]:
     if found.growth.power:
         yield Claim("noise", found.table.output, say.growth_words(*found.growth), found.growth.share)
     if not found.changes:
-        if found.is_useful:
+        if found.is_useful and not any(found.table.output in one.moves for one in found.together):
             yield _no_change(found.visible, found.table)
         return
     shown = surest(found.changes, SHOWN)
@@ -197,6 +198,13 @@ def change_claims(found) -> Iterator[Claim]:
         yield Claim("change", change.moved, text, change.since, change.interval, change.odds)
     if rest := found.alarms - len(shown):
         yield Claim("change", "others", say.more_changes_words(rest), rest)
+
+
+def together_claims(found) -> Iterator[Claim]:
+    """Claim what several columns have in common and changed at one date."""
+    for one in found.together:
+        text = together_words(one, found.table, found.origin)
+        yield Claim("together", ", ".join(one.moves), text, one.since, one.interval, one.odds)
 
 
 def _no_change(visible, table) -> Claim:
@@ -242,5 +250,6 @@ def table_part(found) -> Iterator[Claim]:
 
 
 CLAIMS: tuple[Any, ...] = (
-    reading_claims, plant_claims, season_claims, change_claims, forecast_claims, note_claims, choice_claims, table_part,
+    reading_claims, plant_claims, season_claims, change_claims, together_claims, forecast_claims, note_claims,
+    choice_claims, table_part,
 )  # fmt: skip

@@ -31,6 +31,7 @@ from .growing_noise import STEADY, Growth
 from .identifier import Identifier, Rival
 from .seasons import of_table
 from .segmentation import Visible
+from .together import Together
 
 CLEARLY = 0.98  # of the error of all models together: so much less, and the chosen one's own forecast is quoted
 WORSE = 1.1  # times the error of the chosen model: a response that is further off does not explain the record
@@ -83,6 +84,8 @@ class Identification:
         The smallest jumps of level, gains and noise that would have been told; None where none would.
     growth : Growth
         How the noise grows with the level: as which power of it (0: it does not), and what share of it the noise is.
+    together : tuple of Together
+        What several columns of the table, inputs or not, have in common and changed at one date.
 
     Examples
     --------
@@ -114,6 +117,7 @@ class Identification:
     effects: Effects | None = None
     visible: Visible | None = None
     growth: Growth = STEADY
+    together: tuple[Together, ...] = ()
 
     @property
     def alternatives(self) -> tuple[Reading, ...]:
@@ -331,7 +335,7 @@ class Finder:
         white = whiteness_verdict(self.summary.whiteness, self.summary.observed)
         return found.unknown() if has_season or not white.is_fine else found  # a season's is of deviations from it
 
-    def found(self, trace: ParameterTrace, forecast: AverageTrace, losses=(), breaks=()) -> Identification:
+    def found(self, trace: ParameterTrace, forecast: AverageTrace, losses=(), breaks=(), together=()) -> Identification:
         """Return the answer; trace and forecast may be thinned out, the rest is what reading the table brought up."""
         naive = self.identifier.baselines
         own, effects = quoted(self.forecast_summary, self.own_summary, naive).verdicts, self.effects()
@@ -353,5 +357,5 @@ class Finder:
             self.table, trace, forecast, self.summary, self.forecast_summary, self.own_summary, changes,
             Diagnosis([*own, *rest]), self.identifier.rivals, self.identifier.chosen, naive, self.identifier.naive,
             self.identifier.center, self.origin, self.log.count - len(known) + len(changes), last, tuple(losses),
-            tuple(breaks), effects, self.log.visible, self.log.growth,
+            tuple(breaks), effects, self.log.visible, self.log.growth, tuple(together),
         )  # fmt: skip

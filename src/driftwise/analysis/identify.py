@@ -11,6 +11,7 @@ from .directions import read_settled
 from .identification import Finder
 from .identifier import joined
 from .seasons import checked
+from .table_together import together_of
 
 
 def identify(
@@ -78,4 +79,5 @@ def identify(
     stamps, y, u, outs = columns
     whole = type(traces[0])(finder.estimator, y, u, outs, "std", traces[-1].state, time=stamps)
     whole.begun = traces[0].begun
-    return finder.found(whole, joined(forecasts, stamps), stretches.losses(), stretches.clock.breaks)
+    common = together_of(stretches.table.head, table)
+    return finder.found(whole, joined(forecasts, stamps), stretches.losses(), stretches.clock.breaks, common)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import asdict, replace
 from typing import Any
 
 from driftwise.cli.asking import recognised
@@ -37,6 +37,7 @@ class AutomaticJob(RunOptions, RecordJob):
     def estimate(self) -> None:
         """Identify the table."""
         from driftwise.analysis.identification import Finder, all_columns
+        from driftwise.analysis.table_together import together_of
         from driftwise.cli.downsample import PairDownsampler
         from driftwise.report.advice_translation import spoken_verdicts
         from driftwise.results.numbers import SAMPLES
@@ -63,7 +64,8 @@ class AutomaticJob(RunOptions, RecordJob):
         if self.keeper is None:
             raise InputError(f"{self.file}: no row {'can be read' if self.is_whole else BETWEEN}.")
         trace, forecast = self.keeper.traces()
-        found = finder.found(trace, forecast, segments.losses(), segments.clock.breaks)
+        common = together_of(segments.table.head, table) if self.is_whole else ()
+        found = finder.found(trace, forecast, segments.losses(), segments.clock.breaks, common)
         if found.table.time is None and not found.table.timed:
             found.summary.unit = SAMPLES
         self.found = replace(found, diagnosis=spoken_verdicts(found.diagnosis))
@@ -129,6 +131,7 @@ class AutomaticJob(RunOptions, RecordJob):
                 for c in found.changes
             ],
             "alarms": found.alarms,
+            "together": [asdict(one) for one in found.together],
             "diagnosis": [verdict.as_dict() for verdict in found.diagnosis],
             "summary": found.summary.as_dict(),
             "notes": self.notes,

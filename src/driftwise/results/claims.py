@@ -20,6 +20,7 @@ KINDS = {  # what an answer speaks of, and what `value` is
     "pole": "of a mode that does more than decay: the period of an oscillation, or the pole",
     "delay": "samples from an input to the first answer",
     "change": "the first sample after a change; where there is none, the smallest that would have been told, by kind",
+    "together": "the first row of a change that several columns have in common",
     "season": "share of the error variance that a season takes off, of the best model without",
     "noise": "standard deviation of what cannot be predicted",
     "forecast": "share of the movement that is predicted, or of samples in their band, in percent",

@@ -2,7 +2,8 @@
 
 ``python -m driftwise_studies.score.raw_files`` prints a table, ``--page docs/raw-files.md`` writes it. A file is read
 twice: nothing named (where `run` would ask, its likelier reading is taken, and the table says so), and the columns
-named. Changes are all that were told, ``found.alarms``, not the few that the words list. A date is one in hindsight:
+named. Changes are all that were told, ``found.alarms``, not the few that the words list, and those that several columns
+have in common (``found.together``), which are told where `run` asks, too. A date is one in hindsight:
 "found" says that a change was dated near a known one, not how soon somebody watching would have been told.
 
 What was told of a file is kept under ``out/raw_files``, by the commit's source and by the file, and is not read again:
@@ -137,7 +138,8 @@ def read(raw: Raw, where: Path, is_named: bool) -> Told:
     began = perf_counter()
     named = {"output": raw.output, "input": raw.inputs} if is_named else {}
     found = dw.identify(str(where / raw.file), **named)
-    free, near = list(found.changes), []
+    apart = [one for one in found.together if not any(spans(one, change) for change in found.changes)]
+    free, near = [*found.changes, *apart], []
     for known in raw.known:
         close = [c for c in free if abs(c.time - known.at) <= known.reach]
         best = min(close, key=lambda c: abs(c.time - known.at), default=None)
@@ -145,9 +147,14 @@ def read(raw: Raw, where: Path, is_named: bool) -> Told:
             free.remove(best)
         near.append(None if best is None else float(best.time))
     return Told(
-        str(found.table.output), found.is_ambiguous, len(found.forecast.y), found.alarms, tuple(near),
+        str(found.table.output), found.is_ambiguous, len(found.forecast.y), found.alarms + len(apart), tuple(near),
         found.quoted.rmse, found.naive["last value"], perf_counter() - began,
     )  # fmt: skip
+
+
+def spans(one, other) -> bool:
+    """Say whether two changes may be one: their intervals have an instant in common."""
+    return bool(one.times[0] <= other.times[1] and other.times[0] <= one.times[1])
 
 
 def kept_at(where: Path) -> Path | None:

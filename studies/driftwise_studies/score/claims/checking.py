@@ -320,6 +320,11 @@ def grows(case: Case, claim) -> str:
     return FALSE
 
 
+def together(case: Case, claim) -> str:
+    """Output and inputs may change together, by a step of an input; of idle columns none does."""
+    return _said(set(claim["subject"].split(", ")) <= {*case.written.outputs, *case.written.inputs})
+
+
 def season(case: Case, claim) -> str:
     """There is one, and as many samples as are said are one or several of it."""
     period = case.plant.season[1]
@@ -334,5 +339,5 @@ def _warns(case: Case, what: str) -> bool:
 RULES: dict[str, Callable[[Case, Any], str]] = {
     "column": column, "clock": clock, "table": table, "plant": plant, "gain": gain, "time constant": time_constant,
     "pole": pole, "delay": delay, "change": change, "forecast": forecast, "model choice": model_choice, "note": note,
-    "noise": grows, "season": season,
+    "noise": grows, "season": season, "together": together,
 }  # fmt: skip

@@ -1,0 +1,149 @@
+"""Noises that a column may have, and what a change that lasts, or goes again, looks like beside each of them.
+
+A record is looked at in blocks, so that its noises and shapes are the same whatever its length: K is the covariance of
+a noise in blocks, L its Cholesky factor, and L^-1 what turns the noise white. The level is nobody's, and taken out.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.linalg import solve_triangular, toeplitz
+
+FAST = ((0.0, 0.5), (0.5, 0.3), (0.8, 0.2))  # what a block keeps of the one before, and how likely that is
+NOTHING_SLOW, EACH_SLOW = 0.25, 0.75  # how likely a column has nothing slow, or something
+POWERS = 0.1, 0.4, 1.6, 6.0, 25.0  # variance of what is slow, that of what is fast being one
+WALKS = (*POWERS, 400.0)  # the same of a walk, over the record
+FORGETS = 0.03, 0.1, 0.3  # of the record: the time in which something slow forgets
+SMOOTH = 0.1, 0.3  # the same of something that has no kinks
+CYCLES = 1.5, 3.0, 6.0, 12.0, 24.0  # in a record, of something that swings
+LASTS = 3.0  # cycles after which a swing is forgotten
+RAMPS = 1 / 128, 3 / 128, 6 / 128  # of the record, within which a change comes
+EDGE, SHORT = 1 / 24, 1 / 32  # of the record: no change begins nearer to an end, or goes again sooner
+TINY = 1e-9  # added to the diagonal of K
+
+
+class Shapes(NamedTuple):
+    """What a change may look like: the block it begins and ends with (-1: it stays), by ramp; log of how likely."""
+
+    dates: np.ndarray  # blocks at which one may begin, or end
+    begin: np.ndarray  # of each shape, as a place among the dates
+    end: np.ndarray
+    ramp: np.ndarray
+    chance: np.ndarray
+
+    @property
+    def pairs(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return beginning and end of each stretch, as places among the dates; the same for every ramp."""
+        m = len(self.dates)
+        one = slice(m, len(self.begin) // len(RAMPS))
+        return self.begin[one], self.end[one]
+
+    def shape(self, k: int, n: int) -> np.ndarray:
+        """Return shape k in n blocks, (n,)."""
+        ends = [self.dates[place] for place in (self.begin[k], self.end[k]) if place >= 0]
+        steps = step(n, np.array(ends), RAMPS[self.ramp[k]])
+        return steps[:, 0] - steps[:, 1:].sum(axis=1)
+
+    def of_steps(self, by) -> np.ndarray:
+        """Return (.., shapes) of what is linear in a shape, from that of its steps, (.., ramps x dates)."""
+        m = len(self.dates)
+        a, b = self.pairs
+        each = [by[..., k * m : (k + 1) * m] for k in range(len(RAMPS))]
+        return np.concatenate([part for one in each for part in (one, one[..., a] - one[..., b])], axis=-1)
+
+
+class Noises(NamedTuple):
+    """Noises that a column of n blocks may have: white z = L^-1 x beside a level that nobody knows.
+
+    constant : (noises,), the log likelihood, but for what is left of z
+    left : (noises, n, n), x @ left @ x = z @ z
+    steps : (noises, ramps x dates, n), steps @ x is what the white shape of each step is times z
+    free : (noises, shapes), the square of each shape, white
+    """
+
+    constant: np.ndarray
+    left: np.ndarray
+    steps: np.ndarray
+    free: np.ndarray
+
+
+@lru_cache(2)
+def shapes_of(n: int) -> Shapes:
+    """Return the shapes of changes in n blocks: half of them stay, half go again, each as likely as another."""
+    margin, short = math.ceil(EDGE * n), math.ceil(SHORT * n)
+    dates = np.arange(margin, n - margin + 1)
+    m, r = len(dates), len(RAMPS)
+    a, b = np.triu_indices(m, short)
+    begin = np.tile(np.concatenate([np.arange(m), a]), r)
+    end = np.tile(np.concatenate([np.full(m, -1), b]), r)
+    chance = np.tile(np.repeat([-math.log(2 * r * m), -math.log(2 * r * len(a))], [m, len(a)]), r)
+    return Shapes(dates, begin, end, np.repeat(np.arange(r), m + len(a)), chance)
+
+
+def step(n: int, dates, ramp: float) -> np.ndarray:
+    """Return steps (n, dates) that come within a share of the record."""
+    return np.clip((np.arange(n)[:, None] - dates + 1) / max(round(ramp * n), 1), 0.0, 1.0)
+
+
+@lru_cache(2)
+def noises(n: int) -> Noises:
+    """Return the noises that a column of n blocks may have."""
+    shapes = shapes_of(n)
+    beside = np.column_stack([np.ones(n), *(step(n, shapes.dates, ramp) for ramp in RAMPS), np.eye(n)])
+    found = [_noise(K, math.log(chance), beside, shapes) for K, chance in covariances(n)]
+    return Noises(*(np.array(part) for part in zip(*found)))
+
+
+def _noise(K, log_chance: float, beside, shapes: Shapes):
+    n = len(K)
+    L = np.linalg.cholesky(K / (np.trace(K) / n - K.mean()) + TINY * np.eye(n))  # of variance one about its mean
+    white = solve_triangular(L, beside, lower=True, check_finite=False)
+    level = np.linalg.norm(white[:, 0])
+    own = white[:, 0] / level
+    white = white[:, 1:] - np.outer(own, own @ white[:, 1:])
+    D, R = white[:, :-n], white[:, -n:]
+    constant = log_chance - float(np.log(np.diag(L)).sum()) - math.log(level)
+    return constant, R.T @ R, (D.T @ R).astype(np.float32), _squares(D, shapes)
+
+
+def _squares(D, shapes: Shapes) -> np.ndarray:
+    """Return the square of each shape, from white steps (n, ramps x dates)."""
+    m, found = len(shapes.dates), []
+    a, b = shapes.pairs
+    for k in range(len(RAMPS)):
+        gram = D[:, k * m : (k + 1) * m].T @ D[:, k * m : (k + 1) * m]
+        own = np.diag(gram)
+        found += [own, own[a] + own[b] - 2 * gram[a, b]]
+    return np.maximum(np.concatenate(found), TINY).astype(np.float32)
+
+
+def covariances(n: int) -> Iterator[tuple[np.ndarray, float]]:
+    """Yield the covariance of each noise in blocks, (n, n), and how likely it is."""
+    lag = np.arange(n)
+    for keeps, share in FAST:
+        fast = toeplitz(keeps**lag)
+        yield fast, NOTHING_SLOW * share
+        slow = list(slow_ones(n))
+        for K in slow:
+            yield fast + K, EACH_SLOW * share / len(slow)
+
+
+def slow_ones(n: int) -> Iterator[Any]:
+    """Yield the covariances of what is slow: it forgets, walks, bends or swings."""
+    lag, since = np.arange(n), np.arange(1, n + 1)
+    for power in POWERS:
+        for wait in FORGETS:
+            yield power * toeplitz(np.exp(-lag / (wait * n)))
+        for wait in SMOOTH:  # Matern 3/2
+            x = math.sqrt(3.0) * lag / (wait * n)
+            yield power * toeplitz((1 + x) * np.exp(-x))
+        for cycles in CYCLES:
+            turn = 2 * math.pi * cycles * lag / n
+            yield power * toeplitz(np.cos(turn) * np.exp(-turn / (2 * math.pi * LASTS)))
+    for power in WALKS:
+        yield power * 6.0 / n * np.minimum.outer(since, since)
