@@ -62,6 +62,7 @@ class LikelihoodDriftKernel(NamedTuple):
     moving: float
     discount: float
     learns: float  # whether sigma^2 is learnt
+    has_state: float  # 1: parameters act through a state, and sigma^2 may be known late
     ratios: float
     start: float  # logarithms, as the next two
     least: float
@@ -136,7 +137,11 @@ def begin_again(learner, j):
 
 @kernel
 def climb(policy, learner, z, part):
-    """Take one step up the likelihood, z = e/sqrt(s2 T), as far as the sample counts (``part``)."""
+    """Take one step up the likelihood, z = e/sqrt(s2 T), as far as the sample counts (``part``).
+
+    What another sigma^2 explains as well is no information on a speed. Beside a state it has no part in the score,
+    either: with gaps, or a state that nobody knows, sigma^2 is too large for tens of samples, and z^2 says so alone.
+    """
     eta, g, r, w, J, A = learner.eta, learner.score, learner.share, learner.slope, learner.J, learner.A
     m, fade, mean, known = eta.size, 1.0 / policy.samples, 0.0, learner.known
     tight, loose = 1.0 / (policy.tau * policy.tau), 1.0 / (policy.prior * policy.prior)
@@ -149,8 +154,9 @@ def climb(policy, learner, z, part):
     mean /= m
     for j in range(m):
         shrunk = (eta[j] - policy.home) * loose + (eta[j] - mean) * tight
-        g[j] = -0.5 * part * (r[j] * (1.0 - z * z) + 2.0 * z * w[j]) - shrunk * fade
         shared = learner.shares[j] * nuisance
+        alone = r[j] - shared if policy.has_state > 0.0 else r[j]
+        g[j] = -0.5 * part * (alone * (1.0 - z * z) + 2.0 * z * w[j]) - shrunk * fade
         for i in range(j + 1):
             J[at(i, j)] += part * (0.5 * r[i] * r[j] + w[i] * w[j]) - J[at(i, j)] * fade
             A[at(i, j)] = J[at(i, j)] - common - learner.shares[i] * shared
@@ -191,6 +197,7 @@ def resolve_likelihood_drift(memory, setting):
         raise InputError(f"start lies between least and most, got {start!r}, {least!r} and {most!r}")
     return LikelihoodDriftKernel(
         **common(setting, memory.phi), learns=float(setting.is_learnt),
+        has_state=float(setting.lags.size > 0),
         ratios=1 if validation.yes("shared", memory.shared) else setting.N,
         start=np.log(start), least=np.log(least), most=np.log(most),
         samples=more_than_one("samples", memory.samples), tau=validation.positive("tau", memory.tau),

@@ -32,6 +32,7 @@ class NoiseFactor(NamedTuple):
     """What the kernel sees of a `LikelihoodDrift`: logarithms of the factor's start and limits, how it is learnt."""
 
     learns: float  # whether sigma^2 is learnt
+    has_state: float  # 0: what another sigma^2 explains as well has its part in the score
     start: float
     least: float
     most: float
@@ -55,7 +56,7 @@ def noise_factor(memory: LikelihoodDrift, is_relative: bool) -> NoiseFactor:
             f"phi is about parameters that return to their mean: here F says how the state moves, got {memory.phi!r}"
         )
     return NoiseFactor(
-        float(is_relative), 0.0, math.log(least / start), math.log(most / start),
+        float(is_relative), 0.0, 0.0, math.log(least / start), math.log(most / start),
         more_than_one("samples", memory.samples), 1.0, validation.positive("prior", memory.prior), 0.0,
     )  # fmt: skip
 
