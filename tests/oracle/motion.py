@@ -42,6 +42,7 @@ class Follower:
         self.stated = R
         self.trust = 1.0 if R is None else step.CLAIM
         self.manoeuvre, self.is_told, self.waiting, self.doubt = step.STARTS, False, None, 0.0
+        self.refused = None
         self.surprise, self.still, self.grain, self.drift = np.zeros((4, self.C))
         self.lead = 0.0
         self.counts = np.array(learning.PRIOR)
@@ -102,20 +103,21 @@ class Follower:
         found["log_score"] = np.logaddexp.reduce(np.log(shares) + log_normal(e[:, None], v), axis=1)
         lower = np.array([[0.5 * math.erfc(-a / math.sqrt(2 * b)) for b in row] for a, row in zip(e, v)]) @ shares
         found["lower"] = lower
-        chosen = doubter
+        chosen, refused = doubter, self.refused
         if self.waiting:
             if best._density(y) + math.log(1 - share) < rival._density(y) + math.log(share):
                 best = rival
-            chosen = best
+            chosen = (self.refused and self._lost(t, y, R, best, m, base)) or best
             if chosen is doubter:
                 chosen.counts = chosen.counts * chosen._fade() ** self.C
                 chosen.counts[bank.WILD] += self.C
+                refused = self.waiting
         kept = copy.deepcopy(self)
         part = np.exp(chosen._parts(y))
         far = part[:, scales > 10].sum(axis=1)
         waits = chosen is doubter and self.seen >= step.EARLIEST and np.max(far / part.sum(axis=1)) > 0.5
         if waits:
-            kept.counts, kept.waiting = chosen.counts.copy(), (t, y, R)
+            kept.counts, kept.waiting, kept.refused = chosen.counts.copy(), (t, y, R), refused
             wild = part[:, bank.WILD]
             if np.linalg.norm(y - chosen.m) > self.speed * (t - self.time):
                 far = wild + step.MADE * (far - wild)
@@ -125,6 +127,7 @@ class Follower:
             chosen._tell(before, chosen.w)
         chosen._absorb(t, y, waits and left > 0)
         if not waits:
+            chosen.refused = None
             found["onset"] = not chosen.is_told and chosen.lead > step.TOLD_ABOVE
             chosen.is_told = found["onset"] or (chosen.is_told and chosen.lead >= step.OVER_BELOW)
         chosen._tell(found, chosen._weights(chosen.known))
@@ -138,6 +141,35 @@ class Follower:
             found["spread"] = found["spread"] + np.diag(np.column_stack([misses, np.zeros((self.C, 2))]).ravel())
         self.__dict__ = kept.__dict__ if waits else chosen.__dict__
         return found
+
+    def _lost(self, t, y, R, best, m, base):
+        """Return one that went where two plots in a row were refused, if that path is likelier than three accidents."""
+        wild = lambda e, v: math.log(step.ANY) - 0.5 * self.C * math.log(np.sum(e**2 + v))  # noqa: E731
+        rival, p = [copy.deepcopy(self) for _ in range(2)], self.doubt
+        other, path = copy.deepcopy(self), copy.deepcopy(self)
+        other.waiting = path.waiting = None
+        other._expect(self.waiting[0], self.waiting[2])
+        other._absorb(self.waiting[0], self.waiting[1], other._departed(self.waiting[1]) > 0)
+        other._expect(t, R)
+        alone = copy.deepcopy(self)
+        alone._expect(t, R)
+        told = np.log(best.counts / best.counts.sum()) + log_normal(
+            (y - m)[:, None], np.array(bank.SCALES) * base[:, None]
+        )
+        all_wild = max(other._density(y) + math.log(1 - p), alone._density(y) + math.log(p)) - math.log(p)
+        all_wild = max(all_wild, np.logaddexp.reduce(told, axis=1).sum(), wild(y - m, base))
+        for one, (at, place, stated) in zip(rival, ((*self.refused[:2], None), self.waiting)):
+            one._expect(at, stated)
+            all_wild += max(one._density(place), wild(place - one.m, np.diag(one.V)))
+        path._expect(self.refused[0], None)
+        total = math.log(step.LOST) - self.C * math.log(2 * self.speed * path.d)
+        path._absorb(*self.refused[:2], True)
+        path._expect(self.waiting[0], self.waiting[2])
+        total += path._density(self.waiting[1])
+        path._absorb(*self.waiting[:2])
+        gone = copy.deepcopy(path)
+        gone._expect(t, R)
+        return gone if total + gone._density(y) > all_wild else None
 
     def _expect(self, t, R):
         """Take everything on to a time: what each expects, relative to the first plot, and the mixture."""
@@ -254,6 +286,7 @@ class Follower:
             score[len(self.kalman) - 1] = min(score[len(self.kalman) - 1], straight + judging.LOUDEST)
         score = np.where(known, score, -np.inf)
         likelihood = np.exp(score - score.max())
+        likelihood = np.where(known, likelihood, self.w @ likelihood)  # who says nothing is no evidence
         # whether it manoeuvres: the members that see an acceleration beyond the gentle, against those that see none
         least, kalman = self.speed / judging.GENTLE, len(self.kalman)
         sees = np.array([i > 0 and m.acceleration(self.period, unit) > least for i, m in enumerate(self.kalman)])

@@ -64,11 +64,13 @@ def test_a_tracker_whose_tables_are_of_another_width_is_refused_before_anything_
             Tracker.load(tmp_path / "wrong.npz")
 
 
-def test_a_narrower_table_is_read_where_a_file_says_that_it_is_of_an_earlier_version(tmp_path):
+@pytest.mark.parametrize("schema, first", [(5, 0), (6, 1)])
+def test_a_narrower_table_is_read_where_a_file_says_that_it_is_of_an_earlier_version(tmp_path, schema, first):
     run(traffic()).save(tmp_path / "tracker.npz")
     arrays = dict(np.load(tmp_path / "tracker.npz"))
-    facts = json.loads(arrays["facts"].tobytes()) | {"schema": 5}
-    former = np.delete(arrays["states"], bank.PACE, axis=1)
+    facts = json.loads(arrays["facts"].tobytes()) | {"schema": schema}
+    later = [bank.PACE, bank.REFUSED, *(bank.of_coordinate(2, bank.ASIDE, c) for c in range(2))]
+    former = np.delete(arrays["states"], later[first:], axis=1)
     said = np.frombuffer(json.dumps(facts).encode(), np.uint8)
     np.savez(tmp_path / "former.npz", **(arrays | {"facts": said, "states": former}))
     assert len(Tracker.load(tmp_path / "former.npz").tracks) == len(Tracker.load(tmp_path / "tracker.npz").tracks)

@@ -45,7 +45,8 @@ def test_rows_without_a_pace_take_what_is_typical_of_the_time_between_plots():
     t, y = weaving(0)
     est = dw.TrackEstimator("boat")
     row = np.atleast_1d(est.scan(t[:50], y[:50]).state).view(float)
-    told = former.rows(2, np.delete(row, bank.PACE))
+    later = [bank.PACE, bank.REFUSED, *(bank.of_coordinate(2, bank.ASIDE, c) for c in range(2))]
+    told = former.rows(2, np.delete(row, later))
     assert told.shape == row.shape and told[bank.PACE] == row[bank.PERIOD]
     np.testing.assert_array_equal(np.delete(told, bank.PACE), np.delete(row, bank.PACE))
     late = LatePlots(est, lag=120.0, plots=3)
@@ -54,7 +55,7 @@ def test_rows_without_a_pace_take_what_is_typical_of_the_time_between_plots():
         state, _ = late.update(state, t[k], y[k])
     numbers, size = np.atleast_1d(state).view(float), bank.row_size(2)
     end = len(COUNTS) + 4 * size
-    kept = np.delete(numbers[len(COUNTS) : end].reshape(4, size), bank.PACE, axis=1)
+    kept = np.delete(numbers[len(COUNTS) : end].reshape(4, size), later, axis=1)
     without = np.concatenate([numbers[: len(COUNTS)], kept.ravel(), numbers[end:]])
     told = late.carried_over(without)
     assert told.shape == numbers.shape and late.carried_over(numbers) is numbers

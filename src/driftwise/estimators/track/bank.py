@@ -39,8 +39,10 @@ LEGS, TURNING = len(LEG_RATES), len(RATES)
 KALMAN = LINES + CURVES
 BEHIND = (*(0.0,) * 6, 2.0, 1.0, 0.0)  # log weight by which each that is straight begins behind: the widest does not
 
-SEEN, TIME, PERIOD, GAP, MANOEUVRE, ALERT, TRUST, SUSPECTED, DOUBT, LEAD, PACE = range(11)  # of the head of a row
-FIRST, LAST, SPEED, LOG, STATED, SURPRISE, SUSPECT, CLAIMED, STILL, GRAIN, DRIFT, EACH = range(12)  # of each coordinate
+# of the head of a row
+SEEN, TIME, PERIOD, GAP, MANOEUVRE, ALERT, TRUST, SUSPECTED, DOUBT, LEAD, PACE, REFUSED = range(12)
+# of each coordinate
+FIRST, LAST, SPEED, LOG, STATED, SURPRISE, SUSPECT, CLAIMED, STILL, GRAIN, DRIFT, ASIDE, EACH = range(13)
 SCALES = (*(4.0**k for k in range(-2, 6)), 4.0**6)  # of the predictive density's tails; the last is that of wild plots
 TAILS = len(SCALES)
 WILD = TAILS - 1
@@ -128,13 +130,15 @@ TRACK = Layout(
         doubt="how likely that one is wild",
         lead="chi-squared by which plots lead away from straight flight",
         pace="log of the shortest time between plots at which their noise was learnt",
+        refused="time from the last plot to one after it that was called wild; 0 where none was",
     ),
     Field(
         "plots",
         ("C", "EACH"),
         "each coordinate: first plot, last less the first, last velocity, log of a plot's variance, what was stated; "
         "e^2/variance of the last; the plot that waits, what was stated of it; equal steps in a row, the lattice's "
-        "step that they show (0 is unknown); how far plots lead away from straight flight, deviations",
+        "step that they show (0 is unknown); how far plots lead away from straight flight, deviations; "
+        "the plot that was called wild",
     ),
     Field("tails", ("TAILS",), "plots that each scale of the tails is worth"),
     Field("weights", ("members(C)",), "log weight of each member"),

@@ -2,7 +2,7 @@
 
 Members that are none any more are left out. Those that are keep their state; legs begin from the turn that stays. Later
 rows had no pace: what was typical of the time between plots is taken for it. Tables had no column for what is
-unforeseen: their forecasts gave it nothing.
+unforeseen: their forecasts gave it nothing. Rows did not keep the plot that was called wild: none was.
 """
 
 from __future__ import annotations
@@ -21,9 +21,10 @@ def members(C: int) -> int:
     return LINEAR + (CIRCLES if C == 2 else 0) + POLES
 
 
-def sizes(C: int) -> tuple[int, int]:
-    """Return how many numbers a row had: before one went by legs, and before a row had a pace."""
-    return size(C), bank.row_size(C) - 1
+def sizes(C: int) -> tuple[int, int, int]:
+    """Return how many numbers a row had: before one went by legs, had a pace, and kept what was called wild."""
+    kept = bank.row_size(C) - 1 - C
+    return size(C), kept - 1, kept
 
 
 def size(C: int) -> int:
@@ -36,14 +37,18 @@ def rows(C: int, found: np.ndarray) -> np.ndarray:
     """Return rows of states, (.., numbers), with today's members; those of any other size as they are."""
     if found.ndim and found.shape[-1] == size(C):
         found = _of_today(C, found)
-    if not found.ndim or found.shape[-1] != sizes(C)[1]:
+    if found.ndim and found.shape[-1] == sizes(C)[1]:
+        found = np.insert(found, bank.PACE, found[..., bank.PERIOD], axis=-1)
+    if not found.ndim or found.shape[-1] != sizes(C)[2]:
         return found
-    return np.insert(found, bank.PACE, found[..., bank.PERIOD], axis=-1)
+    each = bank.EACH - 1  # of a coordinate
+    places = [bank.REFUSED, *(bank.REFUSED + each * c + bank.ASIDE for c in range(C))]
+    return np.insert(found, places, 0.0, axis=-1)
 
 
 def _weights(C: int) -> int:
-    """Return where the weights stood: a row had no pace."""
-    return bank.row_at(C).weights - 1
+    """Return where the weights stood: a row had no pace, and no plot that was called wild."""
+    return bank.row_at(C).weights - 2 - C
 
 
 def _of_today(C: int, found: np.ndarray) -> np.ndarray:

@@ -4,6 +4,7 @@
     base         s = sum w_i (S_i + (mu_i - m)^2)
     density      y ~ (1 - w) sum q_j N(m, kappa_j s) + w N(m, s + v): the tails are learnt, w and v are `unforeseen`
     outlier      waits for the next plot: until then there are two banks, one that used it, and a blend is told
+    lost         two plots in a row that were refused, and the next: they lie on a path of their own, or all are wild
 
 What members expect and who was right stands in `judging`, what is learnt of noise and tails in `learning`.
 A missing plot changes nothing but the columns: they tell where the target is by then.
@@ -20,6 +21,8 @@ from . import bank, circle, departure, judging, learning, legs, linear, output, 
 SUREST = 0.98  # of a plot that waits: how likely it is wild, at most, and how likely true
 MADE = 0.03  # by what it is less likely that a manoeuvre took an object farther off than its class goes in the time
 EARLIEST = 2.0  # plots before any is suspected
+LOST = 0.05  # of plots that were refused: that the object went there, from wherever the class can be by then
+ANY = 1e-3  # a plot in thirty is wild, of any size, all alike in logarithms: what that has of the density
 STARTS, ENDS = 0.02, 0.1  # of a manoeuvre, per plot
 CLAIM = 10.0  # plots that a stated variance is worth
 TOLD_ABOVE, OVER_BELOW = 16.0, 4.0  # of what leads away: an onset, and when another may come
@@ -179,9 +182,59 @@ def suspect(task, row, C, d, y, R, told, parts, off, exact):
 @kernel
 def drop_suspect(task, row, C):
     """Call the plot that waits wild."""
-    row[bank.SUSPECTED] = 0.0
+    row[bank.REFUSED], row[bank.SUSPECTED] = row[bank.SUSPECTED], 0.0
+    for c in range(C):
+        row[bank.of_coordinate(C, bank.ASIDE, c)] = row[bank.of_coordinate(C, bank.SUSPECT, c)]
     learning.fade_tails(task, row, C, C)
     row[bank.row_at(C).tails + bank.WILD] += C
+
+
+@kernel
+def recall(row, C, is_last, y, R):
+    """Fill place and variance of a plot that was refused, the one that waits or the one before; return when it came."""
+    for c in range(C):
+        y[c] = row[bank.of_coordinate(C, bank.SUSPECT if is_last else bank.ASIDE, c)]
+        R[c] = row[bank.of_coordinate(C, bank.CLAIMED, c)] if is_last else math.nan
+    return row[bank.SUSPECTED] if is_last else row[bank.REFUSED]
+
+
+@kernel
+def as_wild(C, y, told, parts):
+    """Return the log density of a plot that is as expected or wild, by any size."""
+    off2 = 0.0
+    for c in range(C):
+        off2 += square(y[c] - told[c]) + told[C + c]
+    return max(judging.density(C, parts), log(ANY) - 0.5 * C * log(off2))
+
+
+@kernel
+def doubt_both(task, row, C, ahead, y, R, unit, g, mean, S, F, A, B, w, told, parts, out):
+    """Return the log density of two plots that were refused if the object goes on as before."""
+    total = 0.0
+    for k in range(2):
+        copy(row, ahead)
+        foretell(task, ahead, C, recall(row, C, k == 1, y, R), R, unit, g, mean, S, F, A, B, w, told)
+        output.tell(ahead, C, y, w, told, parts, out)
+        total += as_wild(C, y, told, parts)
+    return total
+
+
+@kernel
+def follow_both(task, row, C, y, R, unit, g, mean, S, F, A, B, w, told, parts, out, scores, room):
+    """Take a row along two plots that were refused; return their log density if the object went there.
+
+    By the first it has any velocity of the class, as after a departure, and is anywhere that this takes it.
+    """
+    second, first = row[bank.SUSPECTED], recall(row, C, False, y, R)
+    T = foretell(task, row, C, first, R, unit, g, mean, S, F, A, B, w, told)
+    absorb(task, row, C, T, first, y, unit, g, mean, S, A, B, w, told, parts, scores, room, True)
+    d = recall(row, C, True, y, R) - first
+    T = foretell(task, row, C, d, R, unit, g, mean, S, F, A, B, w, told)
+    output.tell(row, C, y, w, told, parts, out)
+    total = judging.density(C, parts) - C * log(2.0 * task.fastest * first)
+    absorb(task, row, C, T, second - first, y, unit, g, mean, S, A, B, w, told, parts, scores, room, False)
+    row[bank.REFUSED] = row[bank.SUSPECTED] = 0.0
+    return total
 
 
 @kernel
@@ -199,6 +252,7 @@ def advance(task, row, t, y, R, out, kept):
     parts = kept[3, M : M + C * bank.TAILS]
     mean, S = kept[6 : 6 + M], kept[6 + M : 6 + 2 * M]
     F, A, B = kept[6 + 2 * M :], kept[6 + 2 * M + n :], kept[6 + 2 * M + 2 * n :]
+    lost = kept[6 + 2 * M + 3 * n]
     reported = bank.sample_at(C).reported
     is_seen = True
     for c in range(C):
@@ -239,8 +293,22 @@ def advance(task, row, t, y, R, out, kept):
         output.blend(C, min(doubt, 1.0 - doubt), rival, told)
         output.tell(ahead, C, z, w, told, parts, out)
         if is_seen:
-            is_true = is_true if likely >= unlikely else not is_true
-            if is_true:
+            is_true, is_lost = is_true if likely >= unlikely else not is_true, row[bank.REFUSED] > 0.0
+            if is_lost:
+                wild = max(max(likely, unlikely) - log(doubt), as_wild(C, z, told, parts))
+                wild += doubt_both(task, row, C, ahead, was, stated, unit, g, mean, S, F, A, B, w, told, parts, spare)
+                copy(row, lost)
+                path = log(LOST) + follow_both(
+                    task, lost, C, was, stated, unit, g, mean, S, F, A, B, w, told, parts, spare, scores, learnt
+                )
+                copy(lost, ahead)
+                foretell(task, ahead, C, t - ahead[bank.TIME], R, unit, g, mean, S, F, A, B, w, told)
+                output.tell(ahead, C, z, w, told, parts, spare)
+                is_lost = path + judging.density(C, parts) > wild
+            if is_lost:
+                is_true = True
+                copy(lost, row)
+            elif is_true:
                 copy(other, row)
             else:
                 drop_suspect(task, row, C)
@@ -258,7 +326,7 @@ def advance(task, row, t, y, R, out, kept):
         status += absorb(task, row, C, T, d, z, unit, g, mean, S, A, B, w, told, parts, scores, learnt, leaves)
         judging.weigh(row, C, mean, w)
         if not waits:
-            row[bank.TIME] = t
+            row[bank.TIME], row[bank.REFUSED] = t, 0.0
             if row[bank.ALERT] == 0.0 and row[bank.LEAD] > TOLD_ABOVE:
                 row[bank.ALERT] = onset = 1.0
             elif row[bank.LEAD] < OVER_BELOW:
@@ -294,7 +362,7 @@ def copy(row, other):
 
 def room(C) -> tuple[int, int]:
     """Return the shape of the room that a step needs."""
-    return 6 + 2 * bank.members(C) + 3 * max(3 * C, 5), bank.row_size(C)
+    return 7 + 2 * bank.members(C) + 3 * max(3 * C, 5), bank.row_size(C)
 
 
 @pass_over.on(Tracking)
