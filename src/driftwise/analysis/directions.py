@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..engine.holding import held
-from ..results.numbers import listed
+from ..results.numbers import listed, percent
 from ..tables.autoread import Segments, asked, recognised
 from ..tables.chunks import CHUNK_ROWS
 from ..tables.cleaning import judged
@@ -187,7 +187,7 @@ def driven(table: Table, more: dict[str, float]) -> Table:
     if not more:
         return table
     columns = tuple(
-        replace(one, role="input", why=f"its past helps, {100 * more[one.name]:.2g} %", helps=more[one.name])
+        replace(one, role="input", why=f"its past helps, {percent(more[one.name])}", helps=more[one.name])
         if one.name in more else one
         for one in table.columns
     )  # fmt: skip
@@ -219,9 +219,9 @@ def _reading(table: OpenTable, found: Table, name: str, inputs, time, dt, by, cl
     if inputs is None:
         one = driven(one, later_causes(one, clean))
     others = [other for other in found.rivals if other != name][:2]
-    back = " and ".join(f"{100 * by[other].share:.2g} %" for other in others)
+    back = " and ".join(percent(by[other].share) for other in others)
     rest = listed([repr(other) for other in others])
-    why = f"the past of the others takes {100 * by[name].share:.2g} % off the error of predicting it, and "
+    why = f"the past of the others takes {percent(by[name].share)} off the error of predicting it, and "
     why += f"{back} off that of {rest}"
     if not any(by[one].share > 0 for one in (name, *others)):
         why = f"nothing in its past, or in that of the others, tells it from {rest}"

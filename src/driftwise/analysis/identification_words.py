@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from ..results.numbers import count_of, listed
+from ..results.numbers import count_of, listed, percent
 
 FIRST_GUESSES = "measured outputs are too few to compare models: the numbers are first guesses."
 
@@ -102,7 +102,7 @@ def no_gain_words(names: list[str], is_endless: bool = False) -> str:
 def no_change_words(level: float, gains: dict[str, float], noise: float) -> str:
     """Return that no jump was found, and how large one would have been."""
     found = [f"of the level by {level:.2g}"]
-    found += [f"of the gain from {name} by {100 * share:.2g} %" for name, share in gains.items()]
+    found += [f"of the gain from {name} by {percent(share)}" for name, share in gains.items()]
     found += [f"of the noise by a factor of {noise:.2g}"] if math.isfinite(noise) else []
     return f"No jump was found; one {listed(found).replace(' and ', ' or ')}, outside of its edges, would have been."
 
@@ -124,7 +124,7 @@ def growth_words(power: float, share: float) -> str:
     'The noise grows with the level: it is about 9.3 % of it.'
     """
     how = "it is about" if power == 1.0 else "as the root of it, and is on average"
-    return f"The noise grows with the level: {how} {100 * share:.2g} % of it."
+    return f"The noise grows with the level: {how} {percent(share)} of it."
 
 
 def more_changes_words(count: int) -> str:

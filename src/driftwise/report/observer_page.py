@@ -12,7 +12,7 @@ from driftwise.report.marks import marks
 from driftwise.report.page import Card, Page, Panel, group, named, stack, table
 from driftwise.report.panels import change_table, event_panel, fit_cards, zoom_words
 from driftwise.report.run_page import input_figures, named_axes, scaled
-from driftwise.results.numbers import grouped, interval, number, plus_minus
+from driftwise.results.numbers import grouped, interval, number, percent, plus_minus
 from driftwise.results.sentences import nis_words
 
 OUTPUTS_SHOWN = 4
@@ -129,9 +129,9 @@ def _estimates(trace, summary) -> Panel:
 
 def cards(summary) -> list[str]:
     """Return when it was ready, and how well each output is predicted."""
-    first, share = summary.settling, 100 * (1 - summary.ready)
+    first = summary.settling
     ready, unit = ("never", "") if first != first else (f"{first:.3g}", "s")
-    note = f"none in {share:.2g} % of the samples"
+    note = f"none in {percent(1 - summary.ready)} of the samples"
     groups = [group("When it is ready", [Card("First estimate after", ready, note, unit=unit)])]
     for name, part in zip(summary.estimator.model.output_names, summary.outputs[:2]):
         title = f"How well {name} is predicted" if len(summary.outputs) > 1 else "How sure"

@@ -26,7 +26,7 @@ from driftwise.report.panels import (
     zoom_words,
 )
 from driftwise.report.validation_page import validation_panel
-from driftwise.results.numbers import SAMPLES, chance, count_of, grouped, interval, lasting, number, plus_minus
+from driftwise.results.numbers import SAMPLES, chance, count_of, grouped, interval, lasting, number, percent, plus_minus
 from driftwise.results.sentences import nis_words, predictable_words
 from driftwise.results.stable import is_integrator, runs_away, swings
 
@@ -216,7 +216,7 @@ def _parameters(trace, summary, line, smoothed, found) -> Panel:
     head = ["", "value \u00b1 standard error", "within two standard errors", "relative error", "different from zero"]
     clear, unclear, rows = tag("clear", "good"), tag("zero is possible", "warn"), []
     for name, value, std in summary.parameters:
-        relative = f"{100 * std / abs(value):.2g} %" if std < abs(value) else "\u2013"
+        relative = percent(std / abs(value)) if std < abs(value) else "\u2013"
         mark = clear if abs(value) > 2 * std else unclear
         rows.append([name, plus_minus(value, std), interval(value, std), relative, mark])
     has_told = smoothed is not None and not smoothed.estimator.model.n

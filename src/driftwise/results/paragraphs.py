@@ -7,7 +7,7 @@ import math
 
 from ..models.polynomial import PolynomialModel
 from . import sentences as say
-from .numbers import article, capital, chance, listed, ordinal
+from .numbers import article, capital, chance, listed, ordinal, percent
 
 PRIOR_COUNTS = 0.01  # a share of the prior in what was learnt that is worth a word
 
@@ -36,7 +36,7 @@ def of_run(s) -> str:
         said.append(f"{say.bars_words(s.nis_interval, caveat)} {say.inside_words(nis, coverage)}.")
     if prior > PRIOR_COUNTS:
         said.append(
-            f"But the default prior, which should be wide, still makes up {100 * prior:.2g} % of a parameter: "
+            f"But the default prior, which should be wide, still makes up {percent(prior)} of a parameter: "
             "the data are far from y_scale and u_scale. Use est.scaled_to(y, u), or give P0."
         )
     if math.isfinite(white.p_value):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from .numbers import count_of, instant, number, plus_minus
+from .numbers import count_of, instant, number, percent, plus_minus
 
 
 def valued(value: float, std: float, unit: str) -> str:
@@ -34,7 +34,7 @@ def moved_words(name: str, before: float, after: float, unit: str, is_positive: 
     ('R0 rose by 31 % to 0.0262 Ohm', 'k rose by 1.5 to 0.5 N')
     """
     way = "rose" if after > before else "fell"
-    size = f"{100 * abs(after / before - 1):.2g} %" if is_positive and before else number(abs(after - before), 3)
+    size = percent(abs(after / before - 1)) if is_positive and before else number(abs(after - before), 3)
     return f"{name} {way} by {size} to {number(after, 3)} {unit}".strip()
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from .numbers import SECONDS, chance, instant, near_one, odds_words, often, plain
+from .numbers import SECONDS, chance, instant, near_one, odds_words, often, percent, plain
 from .numbers import fixed as shown
 from .stable import is_integrator, runs_away, swings
 from .whiteness import Nis, Whiteness
@@ -326,7 +326,7 @@ def squares_words(is_fine: bool, share: float) -> str:
     if is_fine:
         return "no square explains what the linear model leaves"
     return (
-        f"not linear: squares of inputs and output explain {100 * share:.2g} % of what the linear model leaves: it "
+        f"not linear: squares of inputs and output explain {percent(share)} of what the linear model leaves: it "
         "holds near one working point; take the square of the input as an input more, or a model for each range"
     )
 

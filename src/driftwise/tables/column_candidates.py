@@ -6,6 +6,7 @@ import itertools
 
 import numpy as np
 
+from ..results.numbers import percent
 from .column_roles import SCORES, Name, parse
 from .derived import is_part
 from .screening import screen
@@ -88,7 +89,7 @@ def propose_inputs(output: str, free: list[str], names: dict[str, Name], clean):
     chosen = [*certain, *more[: MOST_INPUTS - len(certain)]] or causes[:1]
     for name in chosen:
         reason = because(names[name], "input", names[output].kinds) or "its past helps"
-        why[name] = reason + (f", {100 * helps[name]:.2g} %" if name in helps else "")
+        why[name] = reason + (f", {percent(helps[name])}" if name in helps else "")
     for name in free:
         if name not in chosen:
             why.setdefault(name, "helps too little to predict the output" if name in [*causes, *others] else "no name")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from ..results.claims import Claim, told
-from ..results.numbers import count_of, lasting, listed
+from ..results.numbers import count_of, lasting, listed, percent
 from .counts import SPREADSHEET
 from .sampling import LONGEST_GAP, RESTART_ROWS
 
@@ -180,7 +180,7 @@ def _value_notes(table: Any) -> list[Claim]:
                 column.doubted,
             )
         if column.missing > 0.0:
-            add(column, f"{100 * column.missing:.2g} % of {called} is missing.", column.missing)
+            add(column, f"{percent(column.missing)} of {called} is missing.", column.missing)
         if column.role == "stuck":
             add(column, f"{called} {column.why}: stuck, and left out.")
         elif column.stuck:
