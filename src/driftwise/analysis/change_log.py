@@ -13,7 +13,7 @@ from .answer_times import Slowed, slowed_by
 from .change_effects import SPEED
 from .growing_noise import STEADY
 from .noise_jumps import LEAST
-from .segmentation import GAIN, LEVEL, Hindsight, Jump, Visible, hindsight
+from .segmentation import ALL, GAIN, LEVEL, Hindsight, Jump, Visible, hindsight
 from .unseen_inputs import expected
 
 MOST = 20  # changes that are kept, the surest
@@ -94,7 +94,8 @@ class ChangeLog:
     def _moved(self, jump: Jump) -> str:
         """Return what jumped, as a phrase."""
         if jump.rival is not None:
-            return f"the plant's response changed: {moved(jump, self.inputs)}, or {moved(jump.rival, self.inputs)}"
+            either = f"{moved(jump, self.inputs)}, or {moved(jump.rival, self.inputs)}"
+            return f"the plant's response changed: {either}; the record cannot tell which"
         if jump.kind != SPEED or self.hindsight is None:
             return moved(jump, self.inputs)
         return faster_or_slower(slowed_by(self.hindsight.response, jump.input), self.inputs, self.table)
@@ -152,6 +153,8 @@ def moved(jump: Jump, inputs) -> str:
         return f"the plant became {'slower' if b > a else 'faster'}, its time constants {b / a:.3g} times as long"
     if jump.kind == LEVEL:
         return f"the level {'rose' if b > a else 'fell'} by {abs(b - a):.3g}"
+    if jump.kind == GAIN and jump.input == ALL:
+        return f"all gains {way(a, b)} to {b:.3g} of what they were"
     if jump.kind == GAIN and jump.is_factor:
         return f"the gain from {inputs[jump.input]} {way(a, b)} to {b:.3g} of what it was"
     before, after = apart(a, b)

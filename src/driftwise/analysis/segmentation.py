@@ -16,9 +16,8 @@ from .growing_noise import Growth, growth
 from .lost_inputs import completed
 from .noise_jumps import LEAST, SURE, NoiseJump
 from .pairs import changes, together
-from .readings import other_reading
+from .readings import all_gains, endless, other_reading
 from .response import Response
-from .response_covariance import covariance, without_end
 from .response_orders import grown
 from .response_record import long_run, recorded
 from .seasons import held
@@ -29,6 +28,7 @@ NOISE = "noise"
 # Log odds from which one is told, for what is slow looks like a level; and those to a walk: a gain's are seldom weak.
 TOLD = {LEVEL: math.log(1000.0), GAIN: SURE, SPEED: SURE}
 AT_ONCE = {LEVEL: math.log(10.0), GAIN: 0.0, SPEED: 0.0}
+ALL = -1  # the input of a gain's jump that is one of the gains of all
 LARGER = 1.05 ** np.arange(40)  # than the least step of a level, what it is that no walk explains as well
 
 
@@ -88,7 +88,6 @@ class Hindsight(NamedTuple):
     def jumps(self) -> list[Jump]:
         """Return what jumped, in order of time."""
         now, found = self.response, []
-        endless = without_end(now, covariance(now)) if now.gains else []
         places = {one: where for one in changes(now) if (where := standing(now, *one.of(now)))}
         for (kind, i, since), where in together(now, places).items():
             if kind == LEVEL:
@@ -101,7 +100,7 @@ class Hindsight(NamedTuple):
             j = now.gains.index((i, since))
             where = by_moves(now, j, where)
             if where.log_odds > TOLD[GAIN] and is_sudden(now, "gains", j, where):
-                told = self.gain_jump(now, j, where, endless[i])
+                told = self.gain_jump(now, j, where, endless(now)[i])
                 found.append(told._replace(rival=self.rival(GAIN, j, where)))
         for j in range(len(now.speeds)):
             where = standing(now, "speeds", j)
@@ -126,6 +125,9 @@ class Hindsight(NamedTuple):
     def rival(self, kind: str, j: int, where: Place) -> Jump | None:
         """Return the other reading of a gain or a speed that changed, where both are as likely."""
         found = other_reading(self.response, kind, j, where)
+        if found is None and kind == SPEED and all_gains(self.response, j, where):
+            slower = speed_jump(self.response, j, where).after
+            return Jump(where.middle, where.interval, where.log_odds, GAIN, ALL, 1.0, 1 / slower, is_factor=True)
         if found is None:
             return None
         other, now = found[0], found[2]

@@ -240,10 +240,10 @@ def is_told(case: Case, k: int, claim) -> bool:
     named = {word for word in ("level", "noise", "gain") if f"the {word} " in subject}
     if FASTER.search(subject):
         named.add("lag")
-    if "response changed" in subject:
-        return jump.what in ("gain", "lag")
     if jump.what == "gain" and "gain" in named:
         return f"from {case.written.inputs[jump.input]} " in subject
+    if "response changed" in subject:  # a gain, all gains or a lag: true where either is
+        return jump.what in ("gain", "lag")
     return not named or jump.what in named
 
 
