@@ -20,7 +20,9 @@ LOUDEST = 3.0  # log density of a plot by which legs are above the best straight
 TURNED = 1.75  # log weight that legs have more while they hold a turn
 LASTING = 0.5  # of what a plot makes forget, where plots are farther apart than the gentlest manoeuvre is long
 LEAST_REST = 1e-9  # weight of all other members
-PLAIN = 3  # the member of constant velocity from which a manoeuvre leads away
+PLAIN = 3  # the member of constant velocity from which a manoeuvre leads away ..
+OFTEN = 0.05, 0.3  # .. or one or two that remember longer, where the gentlest moves less than so many deviations a plot
+COUNTS = 0.55, 0.8, 1.0  # what those lead away counts: they come back late, too
 FRESH = 0.4  # of the mean of its innovations, what the last one counts
 FARTHEST = 3.0  # deviations that one counts at most
 BEHIND = 3.0  # squares of the time between plots, times the least acceleration of a manoeuvre: it is behind by more
@@ -198,7 +200,8 @@ def judge(task, row, C, T, y, unit, w, mean, S, exact, scores):
 def watch(task, row, C, T, y, unit, w, mean, S):
     """Follow by how many deviations plots lead away from straight flight: a fading mean of one member's innovations.
 
-    The deviation is that of the member under the noise of those that lead: its own grows while it is left behind.
+    The deviation is that of the member under the noise of those that lead: its own grows while it is left behind. Who
+    is seen often has hardly moved from plot to plot: a member that remembers few plots turns with him.
     """
     lead, size2, least = 0.0, 0.0, task.fastest / GENTLE
     for c in range(C):
@@ -208,12 +211,16 @@ def watch(task, row, C, T, y, unit, w, mean, S):
             share += w[i]
         if not share > 1e-6:
             continue
-        s = S[PLAIN, c] * exp(level / share) / row[bank.at_linear(C, PLAIN) + bank.LINEAR * c + linear.SCALE]
-        e = y[c] - mean[PLAIN, c]
+        r = exp(level / share)
+        gentlest = least * T * T / math.sqrt(unit[c] * r)
+        quieter = 2 if gentlest < OFTEN[0] else (1 if gentlest < OFTEN[1] else 0)
+        i = PLAIN - quieter
+        s = S[i, c] * r / row[bank.at_linear(C, i) + bank.LINEAR * c + linear.SCALE]
+        e = y[c] - mean[i, c]
         z = min(max(e / math.sqrt(s), -FARTHEST), FARTHEST)
         at = bank.of_coordinate(C, bank.DRIFT, c)
         row[at] += FRESH * (z - row[at])
-        lead += square(row[at]) * (2.0 - FRESH) / FRESH
+        lead += COUNTS[2 - quieter] * square(row[at]) * (2.0 - FRESH) / FRESH
         size2 += square(row[at]) * max(s, square(e / FARTHEST))
     row[bank.LEAD] = lead if size2 > square(BEHIND * least * T * T) and row[bank.SEEN] > SOONEST else 0.0
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -16,6 +17,11 @@ HEAD = (
 )  # fmt: skip
 
 MOST_NIS = 3.0  # of a track's mean
+RATES = 0.0, 0.1, 1.0, 4.0, 12.0, 60.0, 600.0, np.inf  # s from plot to plot, of the table by rate
+RATE_HEAD = (
+    "s from plot to plot", "tracks", "NIS above 3", "velocity", "within manoeuvres", "quiet plots",
+    "false onsets, of 1000", "told", "delay, s", "delay, scans",
+)  # fmt: skip
 
 
 class Total:
@@ -127,6 +133,21 @@ def by_kind(found: list[Found]) -> str:
     """Return the table of each class of objects."""
     parts = [(name, [f for f in found if f.scene.name == name]) for name in KINDS]
     return table([Total(some).row(name) for name, some in parts if some])
+
+
+def by_rate(found: list[Found]) -> str:
+    """Return the table of tracks by how long it is from plot to plot."""
+    rows = []
+    for least, most in pairwise(RATES):
+        some = Total([f._replace(tracks=tuple(t for t in f.tracks if least <= t.scan < most)) for f in found])
+        delays = np.array([d for t in some.tracks for d in t.delays if np.isfinite(d)])
+        rows += [[
+            f"{least:g} to {most:g}", f"{len(some.tracks)}", number(1.0 - some.sober), number(some.held("velocity")),
+            number(some.held("turning")), f"{some.quiet}", number(some.false_rate, 2),
+            f"{number(some.told, 2)} of {len(some.delays)}",
+            number(float(np.median(delays)) if len(delays) else np.nan, 1), number(some.delay, 1),
+        ]] if some.tracks else []  # fmt: skip
+    return table(rows, RATE_HEAD)
 
 
 BAD: dict[str, Callable[[Followed], float]] = {

@@ -16,7 +16,7 @@ from driftwise.engine.errors import InputError
 from ..worlds import judged
 from . import crowd
 from .bound import by_plots, in_widened
-from .field import Total, by_kind, by_trouble, worst
+from .field import Total, by_kind, by_rate, by_trouble, worst
 from .measured import play
 
 ANSWERS = (  # what a track, or a scene, depends on
@@ -66,7 +66,7 @@ def main(arguments=None) -> None:
     began = time.time()
     found, knowing = (play(seed, range(asked.scenes), asked.processes or None, stated) for stated in (False, True))
     crowds = (crowd.play(seed, asked.crowds), crowd.play(seed, asked.crowds, patchy=True))
-    tables = by_trouble(found), by_kind(found), by_plots(found, knowing), *crowds
+    tables = by_trouble(found), by_kind(found), by_rate(found), by_plots(found, knowing), *crowds
     said = verdicts(Total(found))
     said.append(
         f"* of the same tracks, {in_widened(found):.3f} have a NIS in .8 to 1.5, widened by the 99 % of chance "
