@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from datetime import date
 from itertools import pairwise
 from statistics import median
@@ -26,15 +27,16 @@ def day_order(rows: list[list[str]], later: list[list[str]]) -> tuple[bool, bool
     >>> day_order([["01.02.2020"], ["01.03.2020"]], []), day_order([["01.02.2020"], ["01.03.2020"]], [["01.13.2020"]])
     ((True, True), (False, True))
     """
-    cells = [cell for row in (*rows, *later) for cell in row if ORDERED.match(cell)]
-    dates = [match.groups() for cell in cells if (match := ORDERED.match(cell))]
-    first, second = ({int(date[j]) for date in dates} for j in (0, 1))
+    dates = [[(j, match) for j, cell in enumerate(row) if (match := ORDERED.match(cell))] for row in (*rows, *later)]
+    every = [match for row in dates for _, match in row]
+    first, second = ({int(match[j]) for match in every} for j in (1, 2))
     if max(first | {0}) > 12 or max(second | {0}) > 12:
         return max(first) > 12, True
+    cells = [match.string for match in every]
     if all("." in cell.split()[0] for cell in cells):
         return True, True
-    column = next((j for row in rows for j, cell in enumerate(row) if ORDERED.match(cell)), 0)
-    said = [row[column] for row in rows if column < len(row) and ORDERED.match(row[column])]
+    column = next((j for row in dates[: len(rows)] for j, _ in row), 0)
+    said = [match for row in dates[: len(rows)] for j, match in row if j == column]
     by_day, by_month = (_alike(said, day_first) for day_first in (True, False))
     if by_day != by_month:
         return by_day > by_month, True
@@ -44,13 +46,13 @@ def day_order(rows: list[list[str]], later: list[list[str]]) -> tuple[bool, bool
     return not is_american, is_american or not cells
 
 
-def _alike(cells: list[str], day_first: bool) -> tuple[int, float]:
+def _alike(dates: list[re.Match[str]], day_first: bool) -> tuple[int, float]:
     """Return less the steps from date to date that go back, and the share of those that are the usual one.
 
     Those to the same date are none.
     """
     days = []
-    for match in filter(None, map(ORDERED.match, cells)):
+    for match in dates:
         a, b, year = (int(part) for part in match.groups())
         try:
             days.append(date(year + 2000 * (year < 100), *((b, a) if day_first else (a, b))).toordinal())
