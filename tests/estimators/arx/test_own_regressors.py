@@ -9,7 +9,7 @@ import pytest
 
 import driftwise as dw
 from driftwise.engine.errors import InputError
-from driftwise.estimators.arx.estimator import Recursive
+from driftwise.estimators.arx.recursive import Recursive
 from driftwise.estimators.arx.row import Lags, lags, regress, renew
 from driftwise.estimators.arx.step import steps_like_lags
 from driftwise.models.equation import Equation

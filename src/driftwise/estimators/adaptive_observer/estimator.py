@@ -13,7 +13,7 @@ from ...engine.errors import InputError
 from ...memory.constant import Constant
 from ...models.equation import Equation
 from ...models.scale import InverseGamma
-from ..arx.estimator import Recursive
+from ..arx.recursive import Recursive
 from ..common.settings import arguments
 from .step import Filtered
 
