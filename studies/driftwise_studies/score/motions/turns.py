@@ -23,7 +23,7 @@ HEAD = "scan, s", "deviation, m", "degrees a second", "told", "delay, s, median 
 
 def fly(rng: np.random.Generator, scan: float, deviation: float, rate: float):
     """Return times (T,), plots (T, 2) and the turns of a flight: straight, then turning, each way as likely."""
-    speed, turning, edges = rng.uniform(*SPEEDS), [], []
+    speed, turning, edges = rng.uniform(*SPEEDS), list[float](), list[float]()
     for _ in range(TURNS):
         for spans, w in ((STRAIGHT, 0.0), (TURNING, np.radians(rate) * rng.choice([-1.0, 1.0]))):
             edges.append(len(turning) * STEP)
