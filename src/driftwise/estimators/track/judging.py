@@ -22,7 +22,7 @@ LASTING = 0.5  # of what a plot makes forget, where plots are farther apart than
 LEAST_REST = 1e-9  # weight of all other members
 PLAIN = 3  # the member of constant velocity from which a manoeuvre leads away ..
 OFTEN = 0.05, 0.3  # .. or one or two that remember longer, where the gentlest moves less than so many deviations a plot
-COUNTS = 0.55, 0.8, 1.0  # what those lead away counts: they come back late, too
+COUNTS = 1.0, 0.8, 0.55  # what those lead away counts: they come back late, too
 FRESH = 0.4  # of the mean of its innovations, what the last one counts
 FARTHEST = 3.0  # deviations that one counts at most
 BEHIND = 3.0  # squares of the time between plots, times the least acceleration of a manoeuvre: it is behind by more
@@ -220,7 +220,7 @@ def watch(task, row, C, T, y, unit, w, mean, S):
         z = min(max(e / math.sqrt(s), -FARTHEST), FARTHEST)
         at = bank.of_coordinate(C, bank.DRIFT, c)
         row[at] += FRESH * (z - row[at])
-        lead += COUNTS[2 - quieter] * square(row[at]) * (2.0 - FRESH) / FRESH
+        lead += COUNTS[quieter] * square(row[at]) * (2.0 - FRESH) / FRESH
         size2 += square(row[at]) * max(s, square(e / FARTHEST))
     row[bank.LEAD] = lead if size2 > square(BEHIND * least * T * T) and row[bank.SEEN] > SOONEST else 0.0
 
