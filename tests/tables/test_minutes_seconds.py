@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from driftwise.tables.autoread import read
+from driftwise.tables.record import open_record
 
 
 def clock_of(folder, name, cells):
@@ -40,3 +41,12 @@ def test_hours_and_minutes_stay_what_they_are(tmp_path):
 
 def test_a_time_with_its_letter_is_a_clock(tmp_path):
     assert clock_of(tmp_path, "Time t [s]", [f"{0.5 * k:g}" for k in range(500)]) == ("Time t [s]", 0.5, 500)
+
+
+@pytest.mark.parametrize("head, cell", [("t", "{:02d}:{:02d}.0"), ("t [mm:ss]", "{:02d}:{:02d}")])
+def test_a_record_read_as_it_stands_counts_minutes_and_seconds_on_over_the_hour(head, cell, tmp_path):
+    times = np.arange(0, 9000, 30)
+    rows = [f"{cell.format(s // 60 % 60, s % 60)},{np.sin(s)}" for s in times]
+    (path := tmp_path / "pump.csv").write_text("\n".join([f"{head},y", *rows]) + "\n")
+    record = open_record(str(path), "y", (), head, chunk_rows=50)
+    assert np.concatenate([chunk.columns[head] for chunk in record]).tolist() == times.tolist()

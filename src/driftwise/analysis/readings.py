@@ -21,7 +21,7 @@ def other_reading(now: Response, kind: str, j: int, where: Place) -> tuple[str, 
     answer is not seen, a slower plant is one that answers less: there the other is always fitted, at the same date, and
     that number is free, since nobody knows at which input such a plant rests.
     """
-    less, best = now.without(CHANGES[kind], j).refined(), None
+    less, best = without(now, kind, j), None
     is_endless = endless(now)
     ways = [way for way in kinds(now) if way[0] == GAIN] if kind == SPEED else [(SPEED, 0)]
     for way in ways:
@@ -53,11 +53,19 @@ def all_gains(now: Response, j: int, where: Place) -> bool:
     """Whether the gains of all inputs might as well have changed as the j-th speed: where no answer is seen to end."""
     if len(now.b) < 2 or not all(endless(now)):
         return False
-    other = now.without(CHANGES[SPEED], j).refined()
+    other = without(now, SPEED, j)
     for i in range(len(now.b)):
         other = other.with_gain(i, where.at)
     other = other.settled(1)
     return by_fit(0.5 * (other.criterion - now.criterion), other, now) / where.calm < EVEN
+
+
+def without(now: Response, kind: str, j: int) -> Response:
+    """Return the response without the j-th change of a kind, fitted again: worked out once."""
+    key = f"without {kind} {j}"
+    if key not in now.cache:
+        now.cache[key] = now.without(CHANGES[kind], j).refined()
+    return now.cache[key]
 
 
 def endless(now: Response) -> list[bool]:

@@ -9,10 +9,10 @@ from driftwise.tables.cell_kinds import MINUS, MISSING
 from driftwise.tables.dates import are_compact, counted, iso
 
 LARGEST = 1e100  # whose square is a number yet
-USUAL = 30  # powers of ten: sizes of data beyond, either way, are counted in a unit of their own
 LOOK = 2000  # cells by which the kind of a column is settled
 UTC = ("", "UTC", "GMT", "ETC/UTC", "ZULU")  # as data frames call it
 NAT = -(2**63)  # nanoseconds of a missing time stamp: what NumPy calls NaT
+OF_DAY = {"time of day": 86_400.0, "minutes and seconds": 3600.0}  # kinds that begin anew after so many seconds
 PER_SECOND = {"s": 1e0, "ms": 1e3, "us": 1e6, "ns": 1e9}
 ON, OFF = {"on", "true", "yes", "ein", "an", "ja", "wahr"}, {"off", "false", "no", "aus", "nein", "falsch"}
 
@@ -79,24 +79,6 @@ def _any_size(column, decimal: str):
     else:
         raise InputError(f"a column of type {kind} cannot be used as numbers")
     return values, bad
-
-
-def ten_of(values) -> int:
-    """Return the power of ten that the numbers of a column are counted in: 0 unless they are beyond `USUAL`.
-
-    Fourth powers, and the inverse of products of them, then stay within doubles whatever the unit of a file is.
-    """
-    import numpy as np
-
-    sizes = np.abs(values[np.isfinite(values) & (values != 0)])
-    ten = int(np.floor(np.log10(np.median(sizes)))) if sizes.size else 0
-    return ten if abs(ten) > USUAL else 0
-
-
-def in_tens(values, ten: int):
-    """Return numbers in units of a power of ten."""
-    half = ten // 2
-    return values / 10.0**half / 10.0 ** (ten - half) if ten else values
 
 
 def plain(column):
@@ -291,13 +273,15 @@ def converted(column, kind: str, decimal: str = ".", day_first: bool = True):
     if kind == "stamp":
         values, bad, is_stamp = seconds(column, decimal, day_first)
         return values if is_stamp else np.full(len(values), NAT), bad
-    if kind in ("time of day", "minutes and seconds"):
+    if kind in OF_DAY:
         return of_day(column, kind == "minutes and seconds")[0], np.zeros(len(column), bool)
     return switched(column) if kind == "switch" else numbers(column, decimal)
 
 
-def kind_of(column, decimal: str = ".", day_first: bool = True) -> str:
-    """Return what a column holds, by its first cells: "number", "stamp", "time of day", "switch" or "text".
+def kind_of(column, decimal: str = ".", day_first: bool = True, said: str = "") -> str:
+    """Return what a column holds, by its first cells: "number", "stamp", "switch", "text", or a key of `OF_DAY`.
+
+    ``said``: its name and unit.
 
     >>> import pyarrow as pa
     >>> [kind_of(pa.array(cells)) for cells in (["1", "x", "2"], ["on", "off"], ["13:45", "13:46"], ["", "", "a"])]
@@ -311,7 +295,7 @@ def kind_of(column, decimal: str = ".", day_first: bool = True) -> str:
         return "stamp"
     column = (trimmed(column) if is_text(kind) else column).drop_null().slice(0, LOOK)  # blank cells settle nothing
     if 2 * of_day(column)[1] > len(column):
-        return "time of day"
+        return "minutes and seconds" if are_minutes(column, said) else "time of day"
     if is_text(column.type) and len(column) and not switched(column)[1].any():
         return "switch"
     try:

@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
-from driftwise.tables.cells import NAT, PER_SECOND
+from driftwise.tables.cells import NAT, OF_DAY, PER_SECOND
 
-DAY, HOUR = 86_400.0, 3600.0  # seconds
+DAY = 86_400.0  # seconds
 GAP = 1.75  # a step longer than this many usual steps lost samples
 
 
@@ -171,6 +171,11 @@ class TimeOfDay:
     def __init__(self, goes_back: bool = False, day: float = DAY):
         self.goes_back, self.day = goes_back, day
         self._days, self._last = 0, math.nan  # the last time of day, NaN before the first
+
+    @classmethod
+    def of(cls, kind: str) -> TimeOfDay | None:
+        """Return that of a kind of cells, as `kind_of` calls it; None for one that does not begin anew."""
+        return cls(day=OF_DAY[kind]) if kind in OF_DAY else None
 
     def push(self, seconds):
         """Take seconds since midnight (T,), NaN where unknown; return them counted on over midnights."""

@@ -13,13 +13,14 @@ from typing import Any, NamedTuple
 
 from driftwise.engine.errors import InputError
 from driftwise.tables import checks
-from driftwise.tables.cells import are_beyond, in_tens, kind_of, numbers, of_day, seconds, ten_of
+from driftwise.tables.cells import are_beyond, converted, kind_of, numbers, seconds
 from driftwise.tables.chunks import CHUNK_ROWS, rechunked
 from driftwise.tables.cleaning import codes_in
 from driftwise.tables.clock import Clock, TimeOfDay
 from driftwise.tables.moments import moment
 from driftwise.tables.parts import source_of
 from driftwise.tables.source import Source, resolve_all, title_of
+from driftwise.tables.tens import in_tens, ten_of
 
 
 class Chunk(NamedTuple):
@@ -81,7 +82,8 @@ class Record:
     beyond: set[str] = field(default_factory=set)
     table: Any = None
     otherwise: tuple[str, ...] = ()
-    _day: TimeOfDay | None = None  # of a clock that tells the time of day alone
+    _kind: str = ""  # of the clock's cells
+    _day: TimeOfDay | None = None  # where they tell the time of day alone, or of an hour
 
     @property
     def columns(self) -> list[str]:
@@ -169,10 +171,12 @@ class Record:
     def _clocked(self, array, stamps):
         import numpy as np
 
-        if stamps is None and kind_of(array, self.source.decimal, self.source.day_first) == "time of day":
-            self._day = TimeOfDay()
+        if stamps is None and self._day is None:
+            how = self.source.decimal, self.source.day_first
+            self._kind = kind_of(array, *how, self.source.said_of(self.time or ""))
+            self._day = TimeOfDay.of(self._kind)
         if self._day is not None:
-            values = self._day.push(of_day(array)[0])
+            values = self._day.push(converted(array, self._kind)[0])
             return values, np.isnan(values) & array.is_valid().to_numpy(zero_copy_only=False), False
         try:
             values, bad, is_stamp = seconds(array, self.source.decimal, self.source.day_first)

@@ -50,6 +50,10 @@ class Source:
         """Share of the table read so far; None for a pipe."""
         return self.position / self.size if self.size else None
 
+    def said_of(self, name: str) -> str:
+        """Return what the table says of a column: its name and unit."""
+        return f"{name} {self.units.get(name, '')}"
+
     def look(self, rows: int) -> list[tuple[list, Any]]:
         """Return the first batches of all columns, of so many rows or more; `batches` hands them out once more."""
         seen = 0

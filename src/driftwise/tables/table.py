@@ -11,27 +11,25 @@ from driftwise.engine.errors import InputError
 from driftwise.results.numbers import listed
 from driftwise.tables.calendar import calendar_of, is_part, joined
 from driftwise.tables.cells import (
+    OF_DAY,
     are_beyond,
-    are_minutes,
     converted,
-    in_tens,
     kind_of,
     numbers,
     seconds,
-    ten_of,
     zone_of,
 )
 from driftwise.tables.chunks import CHUNK_ROWS, rechunked
-from driftwise.tables.clock import DAY, HOUR, Clock, TimeOfDay
+from driftwise.tables.clock import DAY, Clock, TimeOfDay
 from driftwise.tables.moments import moment
 from driftwise.tables.parts import source_of
 from driftwise.tables.reshaped import Kept, unrolled, widened, with_fractions
 from driftwise.tables.source import Source, title_of
+from driftwise.tables.tens import in_tens, ten_of
 
 MOST_COLUMNS = 4096  # among which it is found out what they are; a few milliseconds each
 APART = 0.98  # share of the rows of a stamp that are of one recording each, at least
 FEW, MORE = 4, 4  # recordings, beyond which one in so many may begin without that the clock shows it
-OF_DAY = "time of day", "minutes and seconds"  # kinds of cells that count from midnight, or a full hour
 HEAD_ROWS = 65_536  # rows by which a table is recognised, whatever its chunks
 
 
@@ -72,11 +70,10 @@ class OpenTable:
                 f"Lines below the rows are no samples: {listed([*map(repr, source.closing)])} left out."
             )
         self._how = source.decimal, source.day_first
-        self._cells = {name: kind_of(array, *self._how) for name, array in zip(self.names, first[0][0], strict=True)}
-        for name, array in zip(self.names, first[0][0]):
-            said = f"{name} {source.units.get(name, '')}"
-            if self._cells[name] == "time of day" and are_minutes(array, said):
-                self._cells[name] = "minutes and seconds"
+        self._cells = {
+            name: kind_of(array, *self._how, source.said_of(name))
+            for name, array in zip(self.names, first[0][0], strict=True)
+        }
         texts = {name: array for name, array in zip(self.names, first[0][0]) if self._cells[name] == "text"}
         self.beyond = {name for name, array in texts.items() if are_beyond(array, source.decimal)}
         self._clocks = {name: Clock(name) for name, kind in self._cells.items() if kind == "stamp"}
@@ -253,8 +250,7 @@ class OpenTable:
 
     def _converted(self, names, batches) -> Iterator[dict[str, Any]]:
         """Yield float64 columns of each batch, NaN where a row is ragged; count bad cells."""
-        days = {n: TimeOfDay() for n, kind in self._cells.items() if kind == "time of day"}
-        days |= {n: TimeOfDay(day=HOUR) for n, kind in self._cells.items() if kind == "minutes and seconds"}
+        days = {name: day for name, kind in self._cells.items() if (day := TimeOfDay.of(kind))}
         for arrays, _ in batches:
             cells = zip(names, arrays)
             found = {n: converted(a, self._cells[n], *self._how) for n, a in cells if self._cells[n] != "text"}
