@@ -80,6 +80,13 @@ def test_every_file_with_a_constant_is_there():
     assert all((judged.ROOT / name).exists() for name in judged.CONSTANTS)
 
 
+def test_every_part_of_the_default_that_has_a_constant_moves_the_seed():
+    """Also what mixing and the bank take from elsewhere: a part that is missing could be chosen in sight of its judge."""
+    folder = judged.ROOT / "src" / "driftwise" / "memory"
+    parts = {file.stem for file in folder.glob("*.py") if "from .auto_constants import" in file.read_text()}
+    assert parts | {"wind_up"} <= set(judged.CHOSEN)
+
+
 def test_a_judgement_is_appended_and_made_once(tmp_path):
     page, lines = tmp_path / "judged.md", [line(1.0, [], [], 0.0)]
     page.write_text("# Judged\n")
