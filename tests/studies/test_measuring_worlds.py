@@ -81,7 +81,7 @@ def test_every_file_with_a_constant_is_there():
 
 
 def test_every_part_of_the_default_that_has_a_constant_moves_the_seed():
-    """Also what mixing and the bank take from elsewhere: a part that is missing could be chosen in sight of its judge."""
+    """Also what mixing takes from elsewhere: a part that is missing could be chosen in sight of its judge."""
     folder = judged.ROOT / "src" / "driftwise" / "memory"
     parts = {file.stem for file in folder.glob("*.py") if "from .auto_constants import" in file.read_text()}
     assert parts | {"wind_up"} <= set(judged.CHOSEN)
