@@ -11,6 +11,9 @@ SILENT = 10  # rows from one of them to the next, at most: what is missing in be
 MOVES = 0.3  # share of the rows, elsewhere, in which the sensor reads something new
 LONGER = 4  # times as long as any other run of equal readings: a sensor that is written in steps has some
 TURNS, NOISY = 0.05, 0.3  # share of them in which it turns round: a ramp does not, noise does; white noise 2/3
+CHANCE = 0.05  # of so long a run anywhere in the column, if it moved as seldom as in the rows beside it
+FINE = 3.0  # resolutions that it moves by, usually, below which noise that becomes quiet may not be seen at all
+LEAST_STEP = 0.01  # quantile of the moves that counts as the least: fractions make smaller ones
 REST = 0.3  # share of the readings that must be elsewhere
 WITNESS = 0.2  # of the range of another column, which it must cross meanwhile
 
@@ -50,7 +53,8 @@ def stuck(values, others) -> list[Segment]:
     nowhere else repeat itself for nearly as long. All that it repeats must lie between its other values, each once, as
     a plant at rest at the end of its range does not; and another column must move meanwhile.
 
-    Bad at: sensors that move seldom, and segments in which nothing else is known to move.
+    Bad at: sensors that move seldom, segments in which nothing else is known to move, and coarse noise that is followed
+    by one reading to the end: the sensor may be stuck, or the noise below its resolution, and it is not said to be.
     """
     found, steps = _alike(values)
     is_noisy = _turns(steps[steps != 0]) >= TURNS  # of its moves: a sensor that is written in steps rests between them
@@ -77,7 +81,7 @@ def still(values) -> list[Segment]:
 def _alike(values) -> tuple[list[Segment], np.ndarray]:
     """Return the segments in which a column (T,) repeats one reading as nowhere else, and its steps from row to row."""
     values = np.asarray(values, float)
-    found, rest = repeats(values, _least(values)), np.isfinite(values)
+    found, rest = [one for one in repeats(values, _least(values)) if not _is_quiet(values, one)], np.isfinite(values)
     readings = np.count_nonzero(rest)
     for one in found:
         rest[one.start : one.stop] = False
@@ -86,6 +90,40 @@ def _alike(values) -> tuple[list[Segment], np.ndarray]:
     steps, levels = np.diff(values[rest]), {one.value for one in found}
     is_rest = len(levels) < len(found) or min(levels) <= values[rest].min() or max(levels) >= values[rest].max()
     return ([], steps) if is_rest or np.mean(steps != 0) < MOVES else (found, steps)
+
+
+def _is_quiet(values, segment: Segment) -> bool:
+    """Whether a column may repeat itself so long because it moves seldom there: noise below its resolution does.
+
+    How seldom is what as many rows on either side say, on the side where it moves less. Where a record begins or ends
+    with the run nobody knows one side: the noise may be as quiet as it likes there, unless more than noise moves the
+    column, or it is read finely.
+    """
+    length = segment.stop - segment.start
+    before, after = values[max(segment.start - length, 0) : segment.start], values[segment.stop : segment.stop + length]
+    sides = [_leaves(side) for side in (before, after) if np.count_nonzero(np.isfinite(side)) >= LEAST]
+    if len(sides) < 2 and not _is_fine(values):
+        return True
+    share = min(sides, default=1.0)
+    return len(values) * share * (1 - share) ** length > CHANCE
+
+
+def _leaves(values) -> float:
+    """Return the share of rows at which a column leaves its reading: as a rule it comes back, by a second move.
+
+    The row that ends the run counts as one more.
+    """
+    read = values[np.isfinite(values)]
+    return (1 + np.count_nonzero(np.diff(read)) / 2) / (1 + len(read))
+
+
+def _is_fine(values) -> bool:
+    """Whether more than noise moves a column, or it moves by many times the least that it moves by."""
+    steps = np.diff(values[np.isfinite(values)])
+    steps = steps[steps != 0]
+    if _turns(steps) < NOISY:
+        return True
+    return float(np.median(abs(steps))) > FINE * float(np.quantile(abs(steps), LEAST_STEP))
 
 
 def _turns(steps) -> float:
