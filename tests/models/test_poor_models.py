@@ -7,7 +7,7 @@ from scipy.signal import lfilter
 import driftwise as dw
 from driftwise.models.canonical import Canonical
 from driftwise.models.continuous import ContinuousModel
-from driftwise.models.convert import ModelMIMO
+from driftwise.models.convert_mimo import ModelMIMO
 from driftwise.models.structure import Structure
 
 

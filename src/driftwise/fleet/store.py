@@ -11,7 +11,7 @@ import numpy as np
 
 from ..engine.errors import InputError
 from ..estimators.base import is_estimator
-from ..results import upgrade
+from ..results import former_names, upgrade
 from ..results.snapshot import describe, is_described, rebuild
 from . import checkpoint_file
 
@@ -60,7 +60,10 @@ def read(path, estimator=None) -> Kept:
     for schema in range(header["schema"], SCHEMA):
         header = UPGRADES[schema](header)
     estimators = [_estimator(found, estimator, path) for found in header["estimators"]]
-    states, fields = numbers["state"], upgrade.parts(header["fields"])  # of which some files of schema 4 kept old names
+    states, fields = (
+        numbers["state"],
+        former_names.parts(header["fields"]),
+    )  # of which some files of schema 4 kept old names
     if all(fields in upgrade.fields(est) and fields != _fields(est) for est in estimators):
         states, fields = upgrade.rows(estimators[0], states), _fields(estimators[0])
     if any(_fields(est) != fields for est in estimators):

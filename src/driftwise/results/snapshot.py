@@ -19,7 +19,7 @@ from ..models.noise import EquationError, NoiseCovariance, NoisePolynomial, Outp
 from ..models.plant import Plant, Polynomial, Sinusoid
 from ..models.scale import InverseGamma
 from . import upgrade
-from .upgrade import SCHEMA, upgraded
+from .former_names import SCHEMA, upgraded
 
 KINDS: dict[str, Any] = {
     k.__name__: k

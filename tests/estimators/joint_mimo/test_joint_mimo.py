@@ -7,7 +7,7 @@ from oracle.by_name import by_name
 
 import driftwise as dw
 from driftwise.detect.watch import OWN
-from driftwise.models.convert import ModelMIMO
+from driftwise.models.convert_mimo import ModelMIMO
 from driftwise.models.structure import Structure
 
 THETA = [-1.2, 0.5, -0.1, 1.0, 0.5, 0.2, -0.8, 0.3, 0.4]  # (2, 1), one input

@@ -9,7 +9,7 @@ import scipy.signal
 import scipy.stats
 
 import driftwise as dw
-from driftwise.models.convert import ModelMIMO
+from driftwise.models.convert_mimo import ModelMIMO
 from driftwise.models.structure import Structure
 
 matplotlib.use("Agg")

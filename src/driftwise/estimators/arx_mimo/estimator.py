@@ -11,7 +11,7 @@ from ...detect.gate import InnovationGate
 from ...engine import ud, validation
 from ...engine.errors import InputError
 from ...memory.constant import Constant
-from ...models.convert import ModelMIMO
+from ...models.convert_mimo import ModelMIMO
 from ...models.equation import Equations
 from ...models.scale import InverseGamma, KnownScale
 from ..arx.estimator import Recursive

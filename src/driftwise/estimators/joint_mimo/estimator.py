@@ -14,7 +14,7 @@ from ...engine.errors import InputError
 from ...memory.constant import Constant
 from ...memory.settings import Setting, resolve_memory, resolve_watch, state_size
 from ...models import noise as noises
-from ...models.convert import ModelMIMO
+from ...models.convert_mimo import ModelMIMO
 from ...models.scale import InverseGamma, KnownScale, resolve_scale, sigma2
 from ...models.structure import Structure, indices
 from ..base import Estimator
