@@ -7,7 +7,7 @@ from collections import Counter
 import numpy as np
 from driftwise_studies.score.claims.rigs_together import ALONE, KNOWN, OWN, count, drawn, table
 
-from driftwise.analysis.together import SIZES, blocks, evidence, likelihoods
+from driftwise.analysis.together_evidence import SIZES, blocks, evidence, likelihoods
 from driftwise.analysis.together_noise import TINY, covariances, noises, shapes_of
 
 

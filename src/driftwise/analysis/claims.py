@@ -189,7 +189,7 @@ def change_claims(found) -> Iterator[Claim]:
     if found.growth.power:
         yield Claim("noise", found.table.output, say.growth_words(*found.growth), found.growth.share)
     if not found.changes:
-        if found.is_useful and not any(found.table.output in one.moves for one in found.together):
+        if found.is_useful and not any(found.table.output in one.names for one in found.together):
             yield _no_change(found.visible, found.table)
         return
     shown = surest(found.changes, SHOWN)
@@ -204,7 +204,7 @@ def together_claims(found) -> Iterator[Claim]:
     """Claim what several columns have in common and changed at one date."""
     for one in found.together:
         text = together_words(one, found.table, found.origin)
-        yield Claim("together", ", ".join(one.moves), text, one.since, one.interval, one.odds)
+        yield Claim("together", ", ".join(one.names), text, one.since, one.interval, one.odds)
 
 
 def _no_change(visible, table) -> Claim:

@@ -10,6 +10,7 @@ import numpy as np
 from ..engine.holding import held
 from ..results.numbers import listed, odds_words
 from ..tables.cleaning import judged
+from ..tables.column_roles import parse
 from ..tables.recognise import Table
 from .together import MOST_COLUMNS, Together, together
 
@@ -19,9 +20,9 @@ SIGNALS = "output", "input", "spare"  # parts of columns that may take part
 def together_of(head: dict[str, Any], table: Table) -> tuple[Together, ...]:
     """Return the changes that several columns have in common in the first rows of a table, on its clock.
 
-    Where no part is known, those of a single column are told, too; where they are, what moves one column, or an input
-    and the output alone, is what the model is about. Rows
-    that come as they like, and recordings one below the other, are not looked at.
+    Where parts are known, what moves the output alone, or an input by which somebody acts on it, or such a one and the
+    output, is what the model is about, and not told here; what moves other columns is. Rows that come as they like, and
+    recordings one below the other, are not looked at.
     """
     if table.sampling.kind == "irregular" or table.sampling.restarts or table.stacked:
         return ()
@@ -40,9 +41,14 @@ def together_of(head: dict[str, Any], table: Table) -> tuple[Together, ...]:
 
 
 def _is_answer(one: Together, table: Table) -> bool:
-    """Say whether one column moved, of which the answer speaks, or one input, and the output with it."""
-    is_pair = len(one.moves) == 2 and table.output in one.moves and bool(one.moves.keys() & set(table.inputs))
-    return len(one.moves) == 1 or is_pair
+    """Say whether a change is one of which the answer speaks: of the output alone, or of an input, or of both.
+
+    Inputs that were named act, and those whose name says so; of those that were found by what they do, one that moves
+    by itself is news of the table.
+    """
+    acting = {name for name in table.inputs if "inputs" in table.given or parse(name, table[name].unit).score < 0}
+    others = [name for name in one.names if name != table.output]
+    return len(others) <= 1 and set(others) <= acting
 
 
 def _on_clock(one: Together, clock) -> Together:
@@ -55,8 +61,11 @@ def together_words(one: Together, table: Table, origin: str | None = None) -> st
     begin, low, high = (table.at(time, origin) for time in (one.time, *one.times))
     between = f" ({low.removeprefix('at ')} to {high.removeprefix('at ')})"
     moves = [f"{name!r} {'rose' if by > 0 else 'fell'} by {abs(by):.2g}" for name, by in one.moves.items()]
+    moves += [
+        f"the noise of {name!r} {'grew' if by > 1 else 'fell'} to {by:.2g} times" for name, by in one.noises.items()
+    ]
     until = "" if one.end is None else f", until {table.at(one.end, origin).removeprefix('at ')}"
-    what, them = ("several columns changed together: ", "them") if len(moves) > 1 else ("", "it")
+    what, them = ("several columns changed together: ", "them") if len(one.names) > 1 else ("", "it")
     return (
         f"{begin[0].upper()}{begin[1:]}{between} {what}{listed(moves)}{until} (odds {odds_words(one.odds)}); "
         f"what moved {them} the table does not say."

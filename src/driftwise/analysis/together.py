@@ -1,38 +1,48 @@
 """Changes of the columns of a table, whichever is the output: by little each, at one date, beside noise that is learnt.
 
 Each column is a level, one of many noises (`together_noise`), and perhaps a step, or a stretch that goes again, of a
-size that nobody knows: what a column says of each date is the ratio of both likelihoods, over all noises. Of a change
-that several have, each may take part or not. It is told where it is `SURE` against none, `SEVERAL` against one column
-that changes by itself, and `ALIKE` by the sum of the columns alone, in which what they have in common and is slow
-counts once. Else the surest change of one column is told, from `SOLE` on, as many columns as there are to choose from.
+size that nobody knows, and it may be louder or quieter meanwhile: what it says of each date is the ratio of the
+likelihoods, over all noises, by itself or by what it does not follow the other columns in (`together_evidence`). Of a
+change each column may take part or not; as likely beforehand is that one moves alone. It is told where it is `SURE`.
 A column that changes `OFTEN` is one that is moved by somebody: nothing is told of it.
 
-Bad at: sizes below the noise, changes within `SHORT` of a record, columns that only walk, noise that comes and goes.
+Bad at: sizes below the noise, changes within `SHORT` of a record, columns that only walk, noise that comes and goes;
+columns that follow one that moved may be named beside it.
 """
 
 from __future__ import annotations
 
 import math
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
-from scipy.ndimage import median_filter
 
-from .together_noise import Shapes, noises, shapes_of
+from .together_evidence import (
+    STEADY,
+    Evidence,
+    blocks,
+    evidence,
+    loudness,
+    moved,
+    odds_of,
+    scaled,
+    unstuck,
+)
+from .together_noise import RAMPS, Shapes, shapes_of
 
-BLOCKS = 128, 64  # in which a record is looked at: the most that leave two rows each
-SIZES = 0.3, 3.0  # variances of what a change does to a column, in those of the column about its mean
+BLOCKS, LEAST = 64, 2  # in which a record is looked at; rows that each has at least
 TAKES = math.log(0.5)  # log of the chance that a column takes part, and that it does not
-SURE, SEVERAL, ALIKE, SOLE = math.log(1000.0), math.log(20.0), math.log(100.0), math.log(10_000.0)
+LEVEL, NOISE, EACH = (math.log(share) for share in (0.5, 0.25, 0.25))  # that its level moves, its noise, both
+SURE = math.log(100.0)  # log of the odds that a change has to have
+SEVERAL = math.log(20.0)  # of those of several columns against one, that several are named
 OUTSIDE = np.array([0.025, 0.975])  # shares of dates below and above an interval
 NAMED = 0.9  # from which chance on a column is said to take part
 OFTEN, MOST, PASSES = 3, 3, 8  # changes of a column from which on they are how it is run; that are told; looked for
 MOST_COLUMNS = 16  # that are looked at
-KEEP = 9.0  # nats below the best noise, from which on one is left out
-COARSE = 29  # of so many shapes one is looked at to know which noises may be left out
-FEW, FAR = 15, 4.0  # rows of the median that single values are held against; deviations that one may be from it
+NEXT = 2  # blocks within which two changes are one
+AROUND = 4  # blocks on either side of a change, that say between which levels it goes
 LOST = 0.3  # of the values of a column that may be missing
 RESTS = 0.98  # of the rows that a set point, or a switch, keeps its value
 FINE = 1e-6  # of its size, that a column has to move by
@@ -40,12 +50,13 @@ FINE = 1e-6  # of its size, that a column has to move by
 
 @dataclass(frozen=True)
 class Together:
-    """A change that several columns have in common.
+    """A change of columns, which several may have in common.
 
     since, interval : its first row, and rows between which that lies, 95 %
     until : the row from which on it is gone; None where it stays
-    moves : the size in each column that takes part
-    odds : against none, and against a change of one column
+    moves : the size in each column whose level takes part
+    odds : against none
+    noises : the factor of the noise of each column that is louder, or quieter
     time, times, end : ``since``, ``interval`` and ``until`` on a clock
     """
 
@@ -54,29 +65,53 @@ class Together:
     until: int | None
     moves: dict[str, float]
     odds: float
+    noises: dict[str, float] = field(default_factory=dict)
     time: float = math.nan
     times: tuple[float, float] = (math.nan, math.nan)
     end: float | None = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The columns that take part."""
+        return tuple(dict.fromkeys((*self.moves, *self.noises)))
 
     def spans_any(self, times) -> bool:
         """Whether it may have begun at one of some times."""
         return any(self.times[0] <= time <= self.times[1] for time in times)
 
 
-class Evidence(NamedTuple):
-    """What a column (n,) says: log odds of a change by shape; places of the noises that may be its own; itself, scaled.
+class Look(NamedTuple):
+    """What is seen of a column: its level by itself, beside those before it, and beside all others; its loudness."""
 
-    ``size`` is what it was divided by.
-    """
+    level: Evidence
+    former: Evidence | None
+    others: Evidence | None
+    noise: Evidence | None
 
-    odds: np.ndarray
-    own: np.ndarray
-    x: np.ndarray
-    size: float
+    @property
+    def likelier(self) -> Evidence:
+        """The level by itself or beside all others, whichever makes it likelier."""
+        return self.level if self.others is None or self.level.none > self.others.none else self.others
+
+    @property
+    def joint(self) -> np.ndarray:
+        """Log odds that it takes part, by shape, where those before it may, too."""
+        return _either(odds_of(self.level, self.former), self.noise)
+
+    @property
+    def alone(self) -> np.ndarray:
+        """Log odds that it moves, by shape, and no other does."""
+        return _either(odds_of(self.level, self.others), self.noise)
+
+
+def _either(level, noise: Evidence | None):
+    if noise is None:
+        return level
+    return np.logaddexp.reduce([LEVEL + level, NOISE + noise.odds, EACH + level + noise.odds], axis=0)
 
 
 def together(columns: dict[str, np.ndarray]) -> list[Together]:
-    """Return the changes that several columns (T,) have in common, in order of time; NaN where missing.
+    """Return the changes of columns (T,), in order of time; NaN where missing.
 
     Examples
     --------
@@ -87,143 +122,96 @@ def together(columns: dict[str, np.ndarray]) -> list[Together]:
     ([['a', 'b', 'c']], True)
     """
     T = max(map(len, columns.values()), default=0)
-    n = next((n for n in BLOCKS if T >= 2 * n), 0)
-    usable = {name: x for name, x in columns.items() if is_usable(x)} if n else {}
-    x = {name: blocks(calm(filled(values)), n) for name, values in list(usable.items())[:MOST_COLUMNS]}
+    usable = {name: x for name, x in columns.items() if is_usable(x)} if T >= LEAST * BLOCKS else {}
+    usable = {name: unstuck(values) for name, values in list(usable.items())[:MOST_COLUMNS]}
+    x = {name: blocks(values, BLOCKS) for name, values in usable.items()}
+    x = {name: means for name, means in x.items() if np.ptp(means) > FINE * abs(means).max()}
+    loud = {name: loudness(usable[name], BLOCKS) for name in x}
     found: list[Together] = []
-    seen: dict[str, Evidence] = {}
     took = Counter[str]()
     for _ in range(PASSES):
-        seen |= {name: evidence(column) for name, column in x.items() if name not in seen}
-        one = likeliest(seen, T) if seen else None
+        one = likeliest(looks(x, loud), T) if x else None
         if one is None:
             break
-        change, shape = one
-        found.append(change)
-        took.update(change.moves.keys())
-        for name, size in change.moves.items():
-            x[name] = x[name] - size * shape
-            del seen[name]
+        change, parts, shape, lasts = one
+        if not any(abs(change.since - before.since) <= NEXT * T / BLOCKS for before in found):
+            found.append(sharp(change, usable, lasts))
+            took.update(change.names)
+        for name, part in parts.items():
+            x[name] = x[name] - part.share * part.size * shape
+            before = loud[name]
+            loud[name] = None if before is None else before - part.noise_share * part.louder * shape
             if took[name] == OFTEN:
                 del x[name]
-    rare = [one for one in found if all(took[name] < OFTEN for name in one.moves)]
+    rare = [one for one in found if all(took[name] < OFTEN for name in one.names)]
     return sorted(sorted(rare, key=lambda one: -one.odds)[:MOST], key=lambda one: one.since)
 
 
 def is_usable(x) -> bool:
     """Say whether a column is a signal of which enough is known, that moves by itself and does not only rest."""
-    seen = x[np.isfinite(x)]
-    if len(seen) < (1 - LOST) * len(x) or not np.ptp(seen) > FINE * abs(seen).max():
+    there = x[np.isfinite(x)]
+    if len(there) < (1 - LOST) * len(x) or not np.ptp(there) > FINE * abs(there).max():
         return False
-    return bool(np.mean(np.diff(seen) == 0) < RESTS)
+    return bool(np.mean(np.diff(there) == 0) < RESTS)
 
 
-def filled(x) -> np.ndarray:
-    """Return a column with lines across what is missing."""
-    seen = np.flatnonzero(np.isfinite(x))
-    return np.interp(np.arange(len(x)), seen, x[seen])
+def looks(x: dict[str, np.ndarray], loud: dict[str, np.ndarray | None]) -> dict[str, Look]:
+    """Return what is seen of each column, in blocks."""
+    names, found = list(x), {}
+    X = np.column_stack([scaled(x[name])[0] for name in names])
+    for j, name in enumerate(names):
+        former = evidence(x[name], X[:, :j]) if j else None
+        others = former if j == len(names) - 1 else evidence(x[name], np.delete(X, j, axis=1))
+        now = loud[name]
+        found[name] = Look(evidence(x[name]), former, others, None if now is None else evidence(now, steady=STEADY))
+    return found
 
 
-def calm(x) -> np.ndarray:
-    """Return a column whose single values are no further from the median about them than others mostly are."""
-    middle = median_filter(x, FEW, mode="nearest")
-    far = FAR * 1.4826 * float(np.median(abs(x - middle)))
-    return x if far == 0.0 else middle + np.clip(x - middle, -far, far)
+class Part(NamedTuple):
+    """What a change does to a column: to its level and to its loudness, and how likely it is that it does."""
+
+    size: float
+    share: float
+    louder: float
+    noise_share: float
 
 
-def blocks(x, n: int) -> np.ndarray:
-    """Return the means of n blocks of rows."""
-    edges = np.linspace(0, len(x), n + 1).astype(int)
-    return np.add.reduceat(x, edges[:-1]) / np.diff(edges)
+def likeliest(seen: dict[str, Look], T: int) -> tuple[Together, dict[str, Part], np.ndarray, int] | None:
+    """Return the surest change of T rows, what it does to each column, its shape (n,), and in how many blocks it comes.
 
-
-def evidence(x) -> Evidence:
-    """Return what a column in blocks (n,) says of each shape: over noises, sizes, and variances as likely in logarithm.
-
-    log p(x) = constant - log(1 + v s's) / 2 - (n - 1) / 2 log(x'x - (s'x)^2 / (s's + 1 / v)), all white, s the shape.
+    None where none is sure.
     """
-    shapes, grid = shapes_of(len(x)), noises(len(x))
-    size = max(float(x.std()), 1e-300)
-    x = (x - x.mean()) / size
-    whole = np.einsum("i,mij,j->m", x, grid.left, x, optimize=True)
-    by = grid.steps @ x.astype(np.float32)
-    none = grid.constant - 0.5 * (len(x) - 1) * np.log(whole)
-    few = np.arange(0, len(shapes.begin), COARSE)
-    m = len(shapes.dates)
-    first, last = (shapes.ramp[few] * m + part[few] for part in (shapes.begin, shapes.end))
-    along = by[:, first] - np.where(shapes.end[few] < 0, 0.0, by[:, last])
-    some = likelihoods(grid.constant[:, None], whole[:, None], grid.free[:, few], along, SIZES[-1], len(x)).max(axis=1)
-    own = np.flatnonzero((none > none.max() - KEEP) | (some > some.max() - KEEP))
-    top, ratio = float(some.max()), np.zeros(len(shapes.begin))
-    for i in own:
-        along = shapes.of_steps(by[i])
-        for v in SIZES:
-            ratio += np.exp(likelihoods(grid.constant[i] - top, whole[i], grid.free[i], along, v, len(x)))
-    odds = np.log(ratio / len(SIZES) + 1e-300) + top - float(np.logaddexp.reduce(none))
-    return Evidence(odds, own, x, size)
-
-
-def likelihoods(constant, whole, free, along, v: float, n: int):
-    """Return log likelihoods of shapes of a size of variance v."""
-    left = whole - along * along / (free + np.float32(1 / v))
-    return constant - 0.5 * (n - 1) * np.log(left) - 0.5 * np.log1p(np.float32(v) * free)
-
-
-def moved(seen: Evidence, k: int) -> tuple[float, float]:
-    """Return mean and variance of the size of shape k, as scaled, over the noises of a column."""
-    n, v = len(seen.x), SIZES[-1]
-    shapes, grid = shapes_of(n), noises(n)
-    m, own = len(shapes.dates), seen.own
-    steps = grid.steps[own, shapes.ramp[k] * m + shapes.begin[k]].astype(float)
-    if shapes.end[k] >= 0:
-        steps = steps - grid.steps[own, shapes.ramp[k] * m + shapes.end[k]]
-    along, free = steps @ seen.x, grid.free[own, k].astype(float)
-    whole = np.einsum("i,mij,j->m", seen.x, grid.left[own], seen.x, optimize=True)
-    weight = likelihoods(grid.constant[own], whole, free, along, v, n)
-    weight = np.exp(weight - weight.max())
-    weight /= weight.sum()
-    mean = along / (free + 1 / v)
-    variance = (whole - along * mean) / (n - 2) / (free + 1 / v)
-    middle = float(weight @ mean)
-    return middle, float(weight @ (variance + (mean - middle) ** 2))
-
-
-def likeliest(seen: dict[str, Evidence], T: int) -> tuple[Together, np.ndarray] | None:
-    """Return the surest change of T rows, of several columns or of one, and its shape (n,); None for none."""
-    odds, n = np.array([one.odds for one in seen.values()]), len(next(iter(seen.values())).x)
-    shapes = shapes_of(n)
-    each = np.logaddexp(TAKES, TAKES + odds)  # the column takes part, or it does not
-    none = len(odds) * TAKES
-    alone = none + np.logaddexp.reduce(odds, axis=0)
-    several = _minus(each.sum(axis=0), np.logaddexp(none, alone)) + shapes.chance
-    k = int(np.argmax(several))
-    by_none, by_one = total(several) - max(none, 0.0), total(several) - total(alone + shapes.chance)
-    if by_none > SURE and by_one > SEVERAL:
-        takes = np.exp(TAKES + odds[:, k] - each[:, k])
-        sizes = [moved(one, k) for one in seen.values()]
-        alike = sum(share * mean / var * one.x for share, (mean, var), one in zip(takes, sizes, seen.values()))
-        pairs = zip(seen.items(), takes, sizes)
-        moves = {name: mean * one.size for (name, one), share, (mean, _) in pairs if share > NAMED}
-        if len(moves) > 1 and total(evidence(alike).odds + shapes.chance) > ALIKE:
-            return told(several, k, shapes, n, T / n, moves, min(by_none, by_one))
-    return of_one(seen, shapes, n, T / n)
-
-
-def of_one(seen: dict[str, Evidence], shapes: Shapes, n: int, rows: float) -> tuple[Together, np.ndarray] | None:
-    """Return the surest change of one column, and its shape; None where none is sure."""
-    sole = {name: total(one.odds + shapes.chance) - math.log(len(seen)) for name, one in seen.items()}
-    name = max(sole, key=lambda one: sole[one])
-    if sole[name] < SOLE:
+    shapes, p = shapes_of(BLOCKS), len(seen)
+    joint = np.array([look.joint for look in seen.values()])
+    alone = np.array([look.alone for look in seen.values()])
+    several = _minus(np.logaddexp(TAKES, TAKES + joint).sum(axis=0), p * TAKES) - math.log1p(-(0.5**p))
+    one = np.logaddexp.reduce(alone, axis=0) - math.log(p)
+    chance = np.logaddexp(several, one) - math.log(2) + shapes.chance
+    odds = total(chance)
+    if odds < SURE:
         return None
-    chance = seen[name].odds + shapes.chance
     k = int(np.argmax(chance))
-    return told(chance, k, shapes, n, rows, {name: moved(seen[name], k)[0] * seen[name].size}, sole[name])
+    parts = {name: part_of(look.likelier, look.noise, k) for name, look in seen.items()}
+    moves = {name: part.size for name, part in parts.items() if part.share > NAMED}
+    noises = {name: math.exp(part.louder / 2) for name, part in parts.items() if part.noise_share > NAMED}
+    if several[k] - one[k] < SEVERAL or not (moves or noises):
+        name = list(seen)[int(np.argmax(alone[:, k]))]
+        part = parts[name]
+        moves = {name: part.size} if part.share > min(NAMED, part.noise_share) else {}
+        noises = {name: math.exp(part.louder / 2)} if part.noise_share > min(NAMED, part.share) else {}
+        parts = {name: part}
+    change = Together(*dated(chance, k, shapes, T / BLOCKS), moves, math.exp(min(odds, 700.0)), noises)
+    return change, parts, shapes.shape(k, BLOCKS), round(RAMPS[shapes.ramp[k]] * BLOCKS)
 
 
-def told(chance, k: int, shapes: Shapes, n: int, rows: float, moves: dict[str, float], log_odds: float):
-    """Return a change as it is told, and its shape."""
-    odds = math.exp(min(log_odds, 700.0))
-    return Together(*dated(chance, k, shapes, rows), moves, odds), shapes.shape(k, n)
+def part_of(level: Evidence, noise: Evidence | None, k: int) -> Part:
+    """Return what shape k does to a column, each as likely as not."""
+    by_level = float(level.odds[k])
+    by_noise = -math.inf if noise is None else float(noise.odds[k])
+    ways = np.array([0.0, LEVEL + by_level, NOISE + by_noise, EACH + by_level + by_noise])
+    ways = np.exp(ways - total(ways))
+    louder = 0.0 if noise is None else moved(noise, k)[0] * noise.size
+    return Part(moved(level, k)[0] * level.size, float(ways[1] + ways[3]), louder, float(ways[2] + ways[3]))
 
 
 def dated(log_chance, k: int, shapes: Shapes, rows: float) -> tuple[int, tuple[int, int], int | None]:
@@ -234,6 +222,37 @@ def dated(log_chance, k: int, shapes: Shapes, rows: float) -> tuple[int, tuple[i
     stays = float(chance[shapes.end < 0].sum())
     until = round(rows * shapes.dates[shapes.end[k]]) if shapes.end[k] >= 0 and stays < OUTSIDE[0] else None
     return round(rows * shapes.dates[shapes.begin[k]]), (max(round(rows * low), 0), round(rows * high)), until
+
+
+def sharp(change: Together, columns: dict[str, np.ndarray], lasts: int) -> Together:
+    """Return a change that comes within some blocks with its dates by rows, where levels move."""
+    moved_ones = [columns[name] for name in change.moves]
+    if not moved_ones:
+        return change
+    since = _row(change.since, lasts, moved_ones)
+    until = None if change.until is None else _row(change.until, lasts, moved_ones)
+    low, high = change.interval
+    return replace(change, since=since, until=until, interval=(min(low, since), max(high, since)))
+
+
+def _row(at: int, lasts: int, columns) -> int:
+    """Return the row about ``at`` from which columns (T,) go from one level to another, at once or within blocks."""
+    row = len(columns[0]) // BLOCKS
+    first, last = max(at - 2 * row, 1), min(at + (lasts + 1) * row, len(columns[0]) - 1)
+    rows = np.arange(first, last)
+    ways = [np.clip((rows[:, None] - rows + 1) / within, 0.0, 1.0) for within in {1, lasts * row}]
+    gained = [np.zeros(len(rows)) for _ in ways]
+    for x in columns:
+        sides = x[max(first - AROUND * row, 0) : first], x[last : last + AROUND * row]
+        if not all(np.isfinite(side).any() for side in sides):
+            continue
+        before, later = (float(np.nanmean(side)) for side in sides)
+        spread = float(np.nanvar(sides[0]) + np.nanvar(sides[1])) / 2 + (later - before) ** 2 / 100
+        there, by = np.isfinite(x[first:last]), np.nan_to_num(x[first:last] - before)
+        for gain, way in zip(gained, ways):
+            gain += ((later - before) * (by @ way) - (later - before) ** 2 * (there @ way**2) / 2) / max(spread, 1e-300)
+    best = max(gained, key=lambda gain: float(gain.max()))
+    return int(rows[np.argmax(best)])
 
 
 def total(log_odds) -> float:

@@ -22,8 +22,8 @@ FORGETS = 0.03, 0.1, 0.3  # of the record: the time in which something slow forg
 SMOOTH = 0.1, 0.3  # the same of something that has no kinks
 CYCLES = 1.5, 3.0, 6.0, 12.0, 24.0  # in a record, of something that swings
 LASTS = 3.0  # cycles after which a swing is forgotten
-RAMPS = 1 / 128, 3 / 128, 6 / 128  # of the record, within which a change comes
-EDGE, SHORT = 1 / 24, 1 / 32  # of the record: no change begins nearer to an end, or goes again sooner
+RAMPS = 1 / 64, 3 / 64, 8 / 64  # of the record, within which a change comes
+EDGE, SHORT = 1 / 24, 1 / 16  # of the record: no change begins nearer to an end, or goes again sooner
 TINY = 1e-9  # added to the diagonal of K
 
 
@@ -64,12 +64,14 @@ class Noises(NamedTuple):
     left : (noises, n, n), x @ left @ x = z @ z
     steps : (noises, ramps x dates, n), steps @ x is what the white shape of each step is times z
     free : (noises, shapes), the square of each shape, white
+    is_slow : (noises,), whether there is something slow
     """
 
     constant: np.ndarray
     left: np.ndarray
     steps: np.ndarray
     free: np.ndarray
+    is_slow: np.ndarray
 
 
 @lru_cache(2)
@@ -96,7 +98,9 @@ def noises(n: int) -> Noises:
     shapes = shapes_of(n)
     beside = np.column_stack([np.ones(n), *(step(n, shapes.dates, ramp) for ramp in RAMPS), np.eye(n)])
     found = [_noise(K, math.log(chance), beside, shapes) for K, chance in covariances(n)]
-    return Noises(*(np.array(part) for part in zip(*found)))
+    constant, left, steps, free = (np.array(part) for part in zip(*found))
+    is_slow = np.arange(len(found)) % (len(found) // len(FAST)) > 0
+    return Noises(constant, left, steps, free, is_slow)
 
 
 def _noise(K, log_chance: float, beside, shapes: Shapes):

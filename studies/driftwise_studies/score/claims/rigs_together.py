@@ -12,8 +12,8 @@ half to five deviations of what is quick in them, within 1 to 60 samples and up 
 again after 15 to 40 % of the record. "Alone": the same as own noises, of one column.
 
 Told is a fault of which a change begins within sixty samples of it; "in the interval" counts how many of these
-dates are, "columns" how many of those that are named moved that way, "beside" changes that are none of a fault's.
-"Steady": the same rigs without a fault.
+dates are, "columns" how many of those that are named moved that way, "beside" changes that are none of a fault's, and
+not of the noise of a sensor that is louder from then on. "Steady": the same rigs without a fault.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.signal import lfilter
 
-from driftwise.analysis.together import together
+from driftwise.analysis.together import Together, together
 
 from . import common_dates
 from .answering import coloured
@@ -39,11 +39,20 @@ LATE = 6  # samples by which a column follows late, at most
 
 
 class Rig(NamedTuple):
-    """Columns (p, T), the sample at which a fault begins, and what it does to each column; none where that is zero."""
+    """Columns (p, T), the sample at which a fault begins, and what it does to each column; none where that is zero.
+
+    ``louder`` are the samples from which on sensors are louder for a while, (p,); -1 where they are not.
+    """
 
     columns: np.ndarray
     first: int
     sizes: np.ndarray
+    louder: np.ndarray
+
+    def is_of_sensors(self, one: Together) -> bool:
+        """Whether a change that is told is that of sensors that are louder for a while."""
+        at = self.louder[[int(name) for name in one.names]]
+        return bool(((at >= 0) & (abs(at - one.since) <= NEAR)).all())
 
 
 def slow(rng, T: int) -> np.ndarray:
@@ -108,7 +117,7 @@ def drawn(seed: int, number: int, kind: str, is_faulty: bool) -> Rig:
     """Return a rig of a kind, with a fault or steady."""
     if kind == KNOWN:
         one = common_dates.rig(seed, number, is_faulty)
-        return Rig(one.columns, one.first, one.sizes * is_faulty)
+        return Rig(one.columns, one.first, one.sizes * is_faulty, np.full(len(one.columns), -1))
     rng = np.random.default_rng([seed, number, KINDS.index(kind), 43])
     T, p = int(rng.integers(400, 1500)), int(rng.integers(3, 10))
     x = np.array([own_noise(rng, T) for _ in range(p)])
@@ -127,15 +136,19 @@ def drawn(seed: int, number: int, kind: str, is_faulty: bool) -> Rig:
     sizes = is_faulty * takes * np.exp(rng.uniform(np.log(0.5), np.log(5), p)) * rng.choice([-1, 1], p)
     since = np.arange(T) - first - late[:, None]
     x += (sizes * quick(x))[:, None] * common_dates.shape(since, lasts, length)
-    return Rig(np.array([sensed(rng, one, size) for one, size in zip(x, quick(x))]), first, sizes)
+    seen, louder = zip(*(sensed(rng, one, size) for one, size in zip(x, quick(x))))
+    return Rig(np.array(seen), first, sizes, np.array(louder))
 
 
-def sensed(rng, x, size: float) -> np.ndarray:
-    """Return a column as its sensor has it: two of five are rounded, stick, have outliers or are louder for a while."""
+def sensed(rng, x, size: float) -> tuple[np.ndarray, int]:
+    """Return a column as its sensor has it, and from which sample on it is louder for a while; -1: it is not.
+
+    Two of five are rounded, stick, have outliers or are louder.
+    """
     kind, at, T = rng.uniform(), int(rng.integers(0, len(x) - 200)), len(x)
     if kind < 0.15:
         unit = size * rng.uniform(0.5, 8)
-        return np.round(x / unit) * unit
+        return np.round(x / unit) * unit, -1
     x = x.copy()
     if kind < 0.25:
         x[at : at + int(rng.integers(20, 60))] = x[at]
@@ -144,12 +157,19 @@ def sensed(rng, x, size: float) -> np.ndarray:
         x[wild] += 10 * size * rng.standard_normal(wild.sum())
     elif kind < 0.42:
         x[at : at + 200] += 3 * size * coloured(rng, 200, 0.5)
-    return x
+        return x, at
+    return x, -1
+
+
+def told(rig: Rig) -> list[Together]:
+    """Return the changes that are told of a rig, but for those of sensors that are louder."""
+    found = together({str(j): x for j, x in enumerate(rig.columns)})
+    return [one for one in found if not rig.is_of_sensors(one)]
 
 
 def count(rig: Rig, seen: Counter) -> None:
     """Count what is told of a rig with a fault."""
-    found = together({str(j): x for j, x in enumerate(rig.columns)})
+    found = told(rig)
     right = min((one for one in found), key=lambda one: abs(one.since - rig.first), default=None)
     if right is not None and abs(right.since - rig.first) > NEAR:
         right = None
@@ -157,7 +177,7 @@ def count(rig: Rig, seen: Counter) -> None:
     if right is not None:
         seen["told"] += 1
         seen["dated"] += right.interval[0] <= rig.first + LATE and rig.first <= right.interval[1]
-        seen["named"] += len(right.moves)
+        seen["named"] += len(right.names)
         seen["moved"] += sum(rig.sizes[int(name)] * move > 0 for name, move in right.moves.items())
 
 
@@ -171,8 +191,7 @@ def table(seed: int, records: int, kinds=KINDS) -> str:
         seen, false = Counter[str](), 0
         for number in range(records):
             count(drawn(seed, number, kind, True), seen)
-            steady = drawn(seed, number, kind, False).columns
-            false += bool(together({str(j): x for j, x in enumerate(steady)}))
+            false += bool(told(drawn(seed, number, kind, False)))
         columns = f"{seen['moved']} of {seen['named']}"
         rows.append(
             f"| {kind} | {records} | {seen['told']} | {seen['dated']} | {columns} | {seen['beside']} | {false} |"
