@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 from .change_effects import LEVEL, kinds
-from .change_places import colourless, place, under_each_noise, worth
+from .change_places import colourless, look_for, place, sized, under_each_noise, worth
 from .change_search import lines, wave
 from .noise_jumps import LEAST, SURE
 from .onsets import abrupt
 from .response import Response
-from .response_orders import cleaned, likeliest, orders, plainest, respond, without_outliers
+from .response_orders import begun_at, cleaned, likeliest, orders, plainest, respond, without_outliers
 from .response_record import Record
 from .seasonal_level import beside_seasons
 
@@ -53,8 +55,30 @@ def beside_changes(plain: Response, found: list[Response]) -> list[Response]:
             taken.append((at, kind, i))
     steps = abrupt(min(found, key=lambda one: one.criterion))
     taken += [(at, LEVEL, 0) for at, _ in steps[:1] if is_apart(at, taken)]
+    if plain.record.is_scattered:
+        taken += [one for one in before_any(plain) if one not in taken]
     near = [plain.with_all_near(at) for at, _, _ in taken]
     return [one.with_level(at) if kind == LEVEL else one.with_gain(i, at) for one, (at, kind, i) in zip(near, taken)]
+
+
+def before_any(plain: Response) -> list[tuple[int, str, int]]:
+    """Return the changes beside which poles that are merely tried leave least: (sample, kind, input) of each.
+
+    Where few samples follow each other every order that is fitted without a change may have taken it for its answer.
+    """
+    found = list[tuple[float, int, str, int]]()
+    for look in begun_at(plain):
+        bare = sized(look)
+        n, squares = len(bare.rows), float(((bare.left * bare.weight) ** 2).sum())
+        for kind, i in kinds(bare):
+            if where := look_for(bare, kind, i):
+                left = max(squares - 2 * float(where.finer.max()), 1e-12 * squares)
+                found.append((n * (math.log(left) + 2 * math.log(float(bare.sigma[0]))), where.best, kind, i))
+    taken = list[tuple[int, str, int]]()
+    for _, at, kind, i in sorted(found):
+        if len(taken) < STARTS and is_apart(at, taken):
+            taken.append((at, kind, i))
+    return taken
 
 
 def is_apart(at: int, taken) -> bool:

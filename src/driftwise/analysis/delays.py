@@ -83,8 +83,16 @@ def _all_products(signals, spans) -> np.ndarray:
     return found
 
 
+def cost(delays) -> np.ndarray:
+    """Return what delays cost, in nats: as whole numbers of no known size do (Rissanen, 1983, to the first term).
+
+    Where rows are few some long delay fits a little better by chance, or by what a change left.
+    """
+    return np.log1p(np.asarray(delays, float))
+
+
 def best_delay(y, x, many: int, most: int) -> int | None:
-    """Return the delay of one signal x (T,), that is known, of which ``many`` lags leave least of y (T,).
+    """Return the delay of one signal x (T,), that is known, with which ``many`` lags make y (T,) likeliest.
 
     None where outputs are missing, or too few: `DelayScan` finds the same of any, in three times the time.
     """
@@ -93,7 +101,12 @@ def best_delay(y, x, many: int, most: int) -> int | None:
     if len(late) < LEAST * (many + 1) or not np.isfinite(late).all() or not np.ptp(late) > 0:
         return None
     y, x = y - late.mean(), x - x.mean()
-    return int(np.argmin(shares_left(y, x, many, most, RIDGE)))
+    return likeliest(shares_left(y, x, many, most, RIDGE), np.arange(most + 1), len(late))
+
+
+def likeliest(left, delays, rows: int) -> int:
+    """Return the likeliest of some delays, which leave such shares of the squares of y at so many rows."""
+    return int(delays[np.argmin(0.5 * rows * np.log(np.maximum(left, 1e-14)) + cost(delays))])
 
 
 class DelayScan:
@@ -155,15 +168,15 @@ class DelayScan:
         return np.maximum(self.products[0, 0] - taken, 1e-14)
 
     def _scanned(self, nk, i: int, least: int) -> int:
-        """Return the delay of one input that leaves least, ``least`` or more."""
+        """Return the likeliest delay of one input, ``least`` or more."""
         before = self.na + sum(self.nb[:i])
         tried = np.arange(least, self.most + 1)
         every = np.tile(self._places(nk), (len(tried), 1))
         every[:, before : before + self.nb[i]] += tried[:, None] - nk[i]
-        return int(tried[np.argmin(self._left(every))])
+        return likeliest(self._left(every), tried, self.rows)
 
     def best(self, nk, least) -> tuple[int, ...]:
-        """Return the delays, ``least`` (k,) or more, that leave least: one input after the other, twice over."""
+        """Return the likeliest delays, ``least`` (k,) or more: one input after the other, twice over."""
         found = list(nk)
         for _ in range(2 if len(found) > 1 else 1):
             for i in range(len(found)):

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from .delays import cost
 from .response_noise import Whitened
 from .response_record import COLOUR, FAR, HUBER, autoregression, local_size
 from .scattered_noise import scattered
@@ -147,11 +148,15 @@ class Response(Whitened):
 
     @property
     def criterion(self) -> float:
-        """Schwarz's: less is better, of responses of one record; an outlier counts as a sample at that distance."""
+        """Schwarz's: less is better, of responses of one record; an outlier counts as a sample at that distance.
+
+        Delays cost what whole numbers do.
+        """
         s, measured = self.spread, self.measured
         misfit = 2 * float(np.mean(np.log(s))) + 2 * self.loss() / max(len(self.rows), 1)
         misfit += (measured - int(self.used.sum())) / measured * (2 * HUBER * FAR - HUBER**2)
-        return measured * misfit + (len(self.theta) + len(self.f)) * math.log(measured)
+        numbers = (len(self.theta) + len(self.f)) * math.log(measured)
+        return measured * misfit + numbers + 2 * float(cost(self.nk).sum())
 
     @property
     def dated_criterion(self) -> float:

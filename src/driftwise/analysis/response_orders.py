@@ -136,12 +136,14 @@ def cleaned(found: Response) -> Response:
 def fitted(plain: Response, noises, n: int, m: int) -> Response:
     """Return a response of order n: begun under the noise of others, white or of a lower order, and as an equation.
 
-    Each is begun at the poles that leave least, those of the last beside others; the likeliest is taken.
+    Each is begun at the poles that leave least, those of the last beside others; the likeliest is taken. Of scattered
+    samples it is begun once more as if the noise was white: slow noise between them has parts of the answer.
     """
     found = [begun(start, starts(noises[-1], n), n, m) for start in noises] if n > 1 else [first(plain)]
     if (start := equation(plain, n, m)) is not None:
         found.append(begun(start, [np.roots(np.append(1.0, start.f))], n, m))
-    return min(found, key=lambda one: one.criterion).settled(2)
+    best = min(found, key=lambda one: one.criterion).settled(2)
+    return min(best, anew(best), key=lambda one: one.criterion) if plain.record.is_scattered else best
 
 
 def first(plain: Response) -> Response:
@@ -209,21 +211,35 @@ def moving(now: Response) -> np.ndarray:
 def starts(last: Response, n: int) -> list[np.ndarray]:
     """Return sets of n poles: those of a response of lower order and others beside them, and pairs."""
     single = [np.array([math.exp(-1 / tau)]) for tau in TIMES]
-    pairs = [np.exp(np.array([-1 / tau + 2j * np.pi / p, -1 / tau - 2j * np.pi / p])) for tau, p in SWINGS]
     if n == 1:
         return single
     old = np.roots(last.denominator)
     found = [np.concatenate([old, p]) for p in single[:-1]]
     if n == 2:
-        return found + pairs
+        return found + pairs()
     is_real = abs(old.imag) < 1e-9
     kept = np.delete(old, np.flatnonzero(is_real)[np.argmin(abs(old[is_real]))]) if is_real.any() else lessened(old)
-    return found + [np.concatenate([kept, p]) for p in pairs]
+    return found + [np.concatenate([kept, p]) for p in pairs()]
+
+
+def pairs() -> list[np.ndarray]:
+    """Return the pairs of poles that are tried."""
+    return [np.exp(np.array([-1 / tau + 2j * np.pi / p, -1 / tau - 2j * np.pi / p])) for tau, p in SWINGS]
 
 
 def lessened(poles) -> np.ndarray:
     """Return pairs of poles with a real one in place of the fastest pair."""
     return np.append(poles[np.argsort(-abs(poles), kind="stable")][:-2], 0.8)
+
+
+def begun_at(plain: Response) -> list[Response]:
+    """Return responses of one pole and of pairs that are tried, none fitted: without delays, with the likeliest."""
+    found = list[Response]()
+    for poles in (*starts(plain, 1), *pairs()):
+        a, m = polynomial(poles), lags(len(poles))
+        late = sorted({plain.nk, delays(plain, a, plain.nk, m)})
+        found += [linear(plain, a, nk, m) for nk in late]
+    return found
 
 
 def tried_at(start: Response, poles, m: int) -> Response:
