@@ -92,7 +92,7 @@ def cost(delays) -> np.ndarray:
 
 
 def best_delay(y, x, many: int, most: int) -> int | None:
-    """Return the delay of one signal x (T,), that is known, with which ``many`` lags make y (T,) likeliest.
+    """Return the delay of one signal x (T,), that is known, of which ``many`` lags leave least of y (T,).
 
     None where outputs are missing, or too few: `DelayScan` finds the same of any, in three times the time.
     """
@@ -101,12 +101,7 @@ def best_delay(y, x, many: int, most: int) -> int | None:
     if len(late) < LEAST * (many + 1) or not np.isfinite(late).all() or not np.ptp(late) > 0:
         return None
     y, x = y - late.mean(), x - x.mean()
-    return likeliest(shares_left(y, x, many, most, RIDGE), np.arange(most + 1), len(late))
-
-
-def likeliest(left, delays, rows: int) -> int:
-    """Return the likeliest of some delays, which leave such shares of the squares of y at so many rows."""
-    return int(delays[np.argmin(0.5 * rows * np.log(np.maximum(left, 1e-14)) + cost(delays))])
+    return int(np.argmin(shares_left(y, x, many, most, RIDGE)))
 
 
 class DelayScan:
@@ -120,6 +115,8 @@ class DelayScan:
         Past outputs, and coefficients of each input.
     most : int
         The longest delay.
+    is_costly : bool
+        Whether a delay has its `cost`.
 
     Notes
     -----
@@ -127,8 +124,8 @@ class DelayScan:
     noise that is far from an equation error (filter both by the noise model first), and at inputs that hardly move.
     """
 
-    def __init__(self, y, u, na: int, nb, most: int):
-        self.na, self.nb, self.most = na, tuple(nb), most
+    def __init__(self, y, u, na: int, nb, most: int, is_costly: bool = False):
+        self.na, self.nb, self.most, self.is_costly = na, tuple(nb), most, is_costly
         self.deep = most + max(self.nb)
         signals = [*(about_mean(x[:ROWS]) for x in (y, *u.T)), np.ones(min(len(y), ROWS))]
         products = lagged_products(signals, [na + 1, *(self.deep for _ in self.nb), 1])  # the output is the first
@@ -173,7 +170,10 @@ class DelayScan:
         tried = np.arange(least, self.most + 1)
         every = np.tile(self._places(nk), (len(tried), 1))
         every[:, before : before + self.nb[i]] += tried[:, None] - nk[i]
-        return likeliest(self._left(every), tried, self.rows)
+        left = self._left(every)
+        if self.is_costly:
+            left = left * np.exp(2 / self.rows * cost(tried))
+        return int(tried[np.argmin(left)])
 
     def best(self, nk, least) -> tuple[int, ...]:
         """Return the likeliest delays, ``least`` (k,) or more: one input after the other, twice over."""

@@ -308,7 +308,7 @@ def delays(now: Response, a, nk, m: int) -> tuple[int, ...]:
     driven = linear_filter(white, np.append(1.0, a), x)
     if len(nk) == 1 and (found := best_delay(y, driven[:, 0], m, most)) is not None:
         return (found,)
-    scan = DelayScan(y, driven, 0, (m,) * x.shape[1], most)
+    scan = DelayScan(y, driven, 0, (m,) * x.shape[1], most, now.record.is_scattered)
     return scan.best(tuple(min(d, most) for d in nk), (0,) * len(nk)) if scan.is_enough else tuple(nk)
 
 
