@@ -11,12 +11,12 @@ from driftwise.analysis.together_evidence import loudness, unstuck
 
 def test_noise_that_grows_in_two_columns_is_told_by_its_factor():
     rng, moved = np.random.default_rng(1), (np.arange(900) >= 400) & (np.arange(900) < 700)
-    columns = {name: rng.standard_normal(900) * np.where(moved & (name in "bd"), 2.0, 1.0) for name in "abcde"}
+    columns = {name: rng.standard_normal(900) * np.where(moved & (name in "bd"), 3.0, 1.0) for name in "abcde"}
     (found,) = together(columns)
     assert abs(found.since - 400) < 30
     assert not found.moves
     assert sorted(found.noises) == ["b", "d"]
-    assert all(1.6 < by < 2.5 for by in found.noises.values())
+    assert all(2.2 < by < 3.8 for by in found.noises.values())
 
 
 def test_a_change_that_what_all_share_hides_is_told():
@@ -24,7 +24,7 @@ def test_a_change_that_what_all_share_hides_is_told():
     shared = np.cumsum(rng.standard_normal(800)) / 3
     columns = {name: by * shared + rng.standard_normal(800) for name, by in zip("abcdef", (1, 2, -1, 1.5, 2, 1))}
     assert not together(columns)
-    columns["b"] = columns["b"] + 2.5 * moved
+    columns["b"] = columns["b"] + 4 * moved
     (found,) = together(columns)
     assert abs(found.since - 450) < 30
     assert max(found.moves, key=lambda name: abs(found.moves[name])) == "b"

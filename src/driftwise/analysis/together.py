@@ -35,7 +35,7 @@ from .together_noise import RAMPS, Shapes, shapes_of
 BLOCKS, LEAST = 64, 2  # in which a record is looked at; rows that each has at least
 TAKES = math.log(0.5)  # log of the chance that a column takes part, and that it does not
 LEVEL, NOISE, EACH = (math.log(share) for share in (0.5, 0.25, 0.25))  # that its level moves, its noise, both
-SURE = math.log(100.0)  # log of the odds that a change has to have
+SURE = math.log(1000.0)  # log of the odds that a change has to have
 SEVERAL = math.log(20.0)  # of those of several columns against one, that several are named
 OUTSIDE = np.array([0.025, 0.975])  # shares of dates below and above an interval
 NAMED = 0.9  # from which chance on a column is said to take part
