@@ -44,7 +44,7 @@ class Follower:
         self.manoeuvre, self.is_told, self.waiting, self.doubt = step.STARTS, False, None, 0.0
         self.refused = None
         self.surprise, self.still, self.grain, self.drift = np.zeros((4, self.C))
-        self.lead = 0.0
+        self.lead, self.held = 0.0, 0.0
         self.counts = np.array(learning.PRIOR)
 
     def _start(self, d):
@@ -266,11 +266,20 @@ class Follower:
         level = np.exp(w @ np.log([m.scale for m in self.kalman[: bank.KALMAN]]))
         s = self.S[i] * level / self.kalman[i].scale
         e = y - self.mean[i]
-        z = np.clip(e / np.sqrt(s), -judging.FARTHEST, judging.FARTHEST)
+        m = self.kalman[i]
+        z, left = e / np.sqrt(s), (self.last - m.x[:, 0] + self.d * m.x[:, 1]) / np.sqrt(s)
+        left *= self.S[i] / (self.unit * m.scale)
+        away2 = judging.AWAY2 if z @ z > judging.FARTHEST**2 else judging.FAR_AWAY2
+        if not self.is_told and left @ left > away2 and (z @ left < 0 or z @ z < judging.NEARER2 * (left @ left)):
+            self.held, self.drift = judging.HELD, np.zeros(self.C)
+        z = np.clip(z, -1, 1) if self.held else np.clip(z, -judging.FARTHEST, judging.FARTHEST)
         self.drift = (1 - fresh) * self.drift + fresh * z
         behind = judging.BEHIND * self.speed / judging.GENTLE * self.period**2
         is_far = self.drift**2 @ np.maximum(s, (e / judging.FARTHEST) ** 2) > behind**2 and self.seen > judging.SOONEST
-        self.lead = self.drift @ self.drift * (2 - fresh) / fresh if is_far else 0.0
+        known = np.clip(self.seen - judging.UNSURE, 1.0, judging.SURE)
+        self.lead = known * np.sum(np.log1p(self.drift**2 * (2 - fresh) / fresh / known)) if is_far else 0.0
+        if self.held:
+            self.held, self.lead = self.held - 1, -1.0
 
     def _judge(self, y):
         known, unit, C = self.known, self.unit, self.C

@@ -58,9 +58,30 @@ def shot_away(coordinates=2):
     return dw.TrackEstimator(20.0, coordinates=coordinates), t, y[:, :coordinates], None
 
 
+@cache
+def stayed(coordinates=2):
+    """Return estimator, times and plots of a straight flight whose position stays behind twice and catches up."""
+    rng = np.random.default_rng(5)
+    t = np.cumsum(4.0 * rng.uniform(0.9, 1.1, 70))
+    y = 200.0 * t[:, None] * [0.6, 0.8] + 20.0 * rng.standard_normal((70, 2))
+    for begin, old in ((30, (1.0, 0.7, 0.3)), (50, (1.6, 1.2, 0.8, 0.4))):
+        y[begin : begin + len(old)] -= 200.0 * np.outer(old, [0.6, 0.8])
+    return dw.TrackEstimator(250.0, coordinates=coordinates), t, y[:, :coordinates], None
+
+
 @pytest.mark.parametrize(
     "record",
-    [(flown, 2, False), (flown, 2, True), (flown, 1, True), (left, 2), (left, 1), (shot_away, 2), (shot_away, 1)],
+    [
+        (flown, 2, False),
+        (flown, 2, True),
+        (flown, 1, True),
+        (left, 2),
+        (left, 1),
+        (shot_away, 2),
+        (shot_away, 1),
+        (stayed, 2),
+        (stayed, 1),
+    ],
 )
 def test_all_it_tells_equals_matrices_written_from_the_textbook(record):
     make, coordinates, *stated = record
@@ -94,7 +115,8 @@ def test_all_it_tells_equals_matrices_written_from_the_textbook(record):
         if coordinates == 2 and k % 20 == 3:
             _, S = est.predict(est.scan(t[:k], y[:k], None if R is None else R[:k]).state, t[k])
             assert close(S[0, 1], told["cross"], 1e-7), k
-    assert (trace.onset.any() or make is not flown) and any(waited)
+    assert (trace.onset.any() or make is not flown) and (any(waited) or make is stayed)
+    assert not (make is stayed and trace.onset.any())
 
 
 # --- one model of motion at a time --------------------------------------------------------------------------

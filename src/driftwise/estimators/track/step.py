@@ -25,7 +25,7 @@ LOST = 0.05  # of plots that were refused: that the object went there, from wher
 ANY = 1e-3  # a plot in thirty is wild, of any size, all alike in logarithms: what that has of the density
 STARTS, ENDS = 0.02, 0.1  # of a manoeuvre, per plot
 CLAIM = 10.0  # plots that a stated variance is worth
-TOLD_ABOVE, OVER_BELOW = 16.0, 4.0  # of what leads away: an onset, and when another may come
+TOLD_ABOVE, OVER_BELOW = 11.0, 4.0  # of what leads away: an onset, and when another may come
 
 
 class Tracking(NamedTuple):
@@ -133,7 +133,7 @@ def absorb(task, row, C, T, d, y, unit, g, mean, S, A, B, w, told, parts, scores
         room[n + 3 * C :],
     )
     learning.compare_steps(row, C, d, y, off, exact)
-    judging.watch(task, row, C, T, y, unit, w, mean, S)
+    judging.watch(task, row, C, T, d, y, unit, w, mean, S)
     if row[bank.SEEN] >= 2.0 and not leaves:
         learning.learn_tails(task, row, C, exact, parts)
     if leaves:

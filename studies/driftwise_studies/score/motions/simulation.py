@@ -18,6 +18,7 @@ WOBBLE = 0.02  # acceleration of what goes straight, of the least that its manoe
 WILDEST = 8.0, 100.0  # deviations
 EARLY = 10  # plots of a start
 LEAST_LEG = 4.0  # scans
+STAYED, CAUGHT_UP = (0.5, 2.0), (2, 6)  # scans that a position is old, plots until it is of now
 BRIDGED = 30  # plots of the longest pause that a publisher bridges, at most
 PLACE = 48.0, 11.0  # degrees, where he does
 
@@ -194,6 +195,10 @@ def seen(rng, scene: Scene, sensor: Sensor, k: int, time, path: Path, now: slice
     size = sensor.deviation * np.exp(rng.uniform(*np.log(WILDEST), n))
     error += np.where(wild, size, 0.0)[:, None] * direction
     position = path.position[then] + sensor.offset + error
+    if scene.behind:
+        old = sensor.scan * ages(np.random.default_rng([*scene.seed, 4, k]), n, scene.behind)
+        position -= old[:, None] * path.velocity[then]
+        wild |= old * speed > WILDEST[0] * sensor.deviation
     if scene.lattice:
         position = scene.lattice * np.round(position / scene.lattice)
     if scene.resampled:
@@ -208,6 +213,15 @@ def seen(rng, scene: Scene, sensor: Sensor, k: int, time, path: Path, now: slice
         np.full(n, k), np.full(n, int(sensor.name == "B")), variance,
     )  # fmt: skip
     return tuple(c[keep] for c in columns)
+
+
+def ages(rng, n: int, share: float) -> np.ndarray:
+    """Return how old positions are, in scans: now and then one stays behind, and catches up plot by plot."""
+    old = np.zeros(n)
+    for begin in 3 + np.flatnonzero(rng.random(n - 3) < share):
+        falling = rng.uniform(*STAYED) * np.linspace(1, 0, int(rng.integers(*CAUGHT_UP)), endpoint=False)
+        old[begin : begin + len(falling)] = falling[: n - begin]
+    return old
 
 
 def ruled(rng, time, position, share: float) -> np.ndarray:
