@@ -201,8 +201,8 @@ def judge(task, row, C, T, y, unit, w, mean, S, exact, scores):
 
 
 @kernel
-def watched(task, row, C, c, T, unit, w):
-    """Return how many members farther than ``PLAIN`` is watched in a coordinate, and the noise of those that lead.
+def watched(task, row, C, c, T, unit, w, S):
+    """Return how many members farther than ``PLAIN`` is watched in a coordinate, and its variance as those that lead.
 
     Who is seen often has hardly moved from plot to plot: a member that remembers few plots turns with him.
     """
@@ -214,7 +214,9 @@ def watched(task, row, C, c, T, unit, w):
         return 0, math.nan
     r = exp(level / share)
     gentlest = task.fastest / GENTLE * T * T / math.sqrt(unit[c] * r)
-    return 2 if gentlest < OFTEN[0] else (1 if gentlest < OFTEN[1] else 0), r
+    quieter = 2 if gentlest < OFTEN[0] else (1 if gentlest < OFTEN[1] else 0)
+    i = PLAIN - quieter
+    return quieter, S[i, c] * r / row[bank.at_linear(C, i) + bank.LINEAR * c + linear.SCALE]
 
 
 @kernel
@@ -226,11 +228,10 @@ def comes_back(task, row, C, T, d, y, unit, w, mean, S):
     """
     now2, before2, both = 0.0, 0.0, 0.0
     for c in range(C):
-        quieter, r = watched(task, row, C, c, T, unit, w)
-        if r > 0.0:
+        quieter, s = watched(task, row, C, c, T, unit, w, S)
+        if s > 0.0:
             i = PLAIN - quieter
             at = bank.at_linear(C, i) + bank.LINEAR * c
-            s = S[i, c] * r / row[at + linear.SCALE]
             e = y[c] - mean[i, c]
             left = row[bank.of_coordinate(C, bank.LAST, c)] - (row[at] - d * row[at + 1])
             last = left * S[i, c] / (unit[c] * row[at + linear.SCALE])  # the innovation of which the gain left that
@@ -257,11 +258,9 @@ def watch(task, row, C, T, d, y, unit, w, mean, S):
     is_held = row[bank.LEAD] < 0.0
     most = 1.0 if is_held else FARTHEST
     for c in range(C):
-        quieter, r = watched(task, row, C, c, T, unit, w)
-        if r > 0.0:
-            i = PLAIN - quieter
-            s = S[i, c] * r / row[bank.at_linear(C, i) + bank.LINEAR * c + linear.SCALE]
-            e = y[c] - mean[i, c]
+        quieter, s = watched(task, row, C, c, T, unit, w, S)
+        if s > 0.0:
+            e = y[c] - mean[PLAIN - quieter, c]
             at = bank.of_coordinate(C, bank.DRIFT, c)
             row[at] += FRESH * (min(max(e / math.sqrt(s), -most), most) - row[at])
             lead += COUNTS[quieter] * known * log1p(square(row[at]) * (2.0 - FRESH) / FRESH / known)

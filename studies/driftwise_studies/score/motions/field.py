@@ -129,9 +129,10 @@ def by_trouble(found: list[Found]) -> str:
     return table(rows)
 
 
-def by_kind(found: list[Found]) -> str:
-    """Return the table of each class of objects."""
-    parts = [(name, [f for f in found if f.scene.name == name]) for name in KINDS]
+def by_kind(found: list[Found], has_all: bool = False) -> str:
+    """Return the table of each class of objects, after a row of all if so asked."""
+    parts = [("all", found)] if has_all else []
+    parts += [(name, [f for f in found if f.scene.name == name]) for name in KINDS]
     return table([Total(some).row(name) for name, some in parts if some])
 
 

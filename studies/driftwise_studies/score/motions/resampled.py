@@ -12,9 +12,9 @@ from __future__ import annotations
 import numpy as np
 
 from . import drawing
-from .field import Total, table
+from .field import by_kind
 from .measured import Found, one
-from .scene import KINDS, Scene
+from .scene import Scene
 
 SHARE = 0.15, 0.8  # of the plots that were seen
 
@@ -38,9 +38,7 @@ def play(seed: int, scenes: int) -> list[Found]:
 def main(arguments=None) -> None:
     """Print the table: all, and each class."""
     seed, scenes = drawing.asked(__doc__, arguments)
-    found = play(seed, scenes)
-    rows = [(name, [f for f in found if f.scene.name == name]) for name in KINDS]
-    print(table([Total(some).row(name) for name, some in [("all", found), *rows] if some]))
+    print(by_kind(play(seed, scenes), has_all=True))
 
 
 if __name__ == "__main__":
