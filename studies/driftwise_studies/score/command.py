@@ -21,9 +21,11 @@ def execute(data: str | None, json: str | None, page: str | None, only: str, pro
     from .records import folder
     from .run import run
     from .tables import tables
+    from .worlds import judged
 
     if page and only:
         raise InputError("the page has everything on it: --page and --only cannot be used together")
+    frozen = judged.seed(("src/driftwise",))[0] if page else ""  # a page is of what is committed
     found = run(folder(data), only, processes, lambda line: print(line, file=sys.stderr, flush=True))
     told, made = verdicts(found), tables(found)
     if json != "-":
@@ -31,7 +33,7 @@ def execute(data: str | None, json: str | None, page: str | None, only: str, pro
     if json is not None:
         write_json(json, record(made, told, found.seconds))
     if page is not None:
-        paper.write(Path(page), told, made)
+        paper.write(Path(page), told, made, frozen)
     return not any(v.fails for v in told)
 
 

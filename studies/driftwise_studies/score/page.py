@@ -11,8 +11,8 @@ from ..papers.verdict import Table, Verdict
 BEGIN, END = "<!-- score: begin -->", "<!-- score: end -->"
 
 
-def write(path: Path, verdicts: list[Verdict], tables: list[Table]) -> None:
-    """Put the results between the markers of a page."""
+def write(path: Path, verdicts: list[Verdict], tables: list[Table], frozen: str = "") -> None:
+    """Put the results between the markers of a page; ``frozen``: the commit that last changed what answers."""
     try:
         text = path.read_text(encoding="utf-8")
     except OSError as error:
@@ -21,7 +21,12 @@ def write(path: Path, verdicts: list[Verdict], tables: list[Table]) -> None:
         raise InputError(f"{path} must have the line {BEGIN} and after it the line {END}, once each, for the results")
     before, rest = text.split(BEGIN)
     after = rest.split(END)[1]
-    path.write_text(f"{before}{BEGIN}\n{results(verdicts, tables)}{END}{after}", encoding="utf-8")
+    path.write_text(f"{before}{BEGIN}\n{measured_at(frozen)}{results(verdicts, tables)}{END}{after}", encoding="utf-8")
+
+
+def measured_at(frozen: str) -> str:
+    """Return the sentence that names the commit the results stand for, or nothing where it is not known."""
+    return f"\nWhat answers, its constants included, was last changed by commit `{frozen[:8]}`.\n" if frozen else ""
 
 
 def results(verdicts: list[Verdict], tables: list[Table]) -> str:
