@@ -11,7 +11,7 @@ PAPERS = {  # module, and how many records it was checked with
     "perriot1981": ("driftwise_studies.papers.perriot1981", 500),
     "abid2008": ("driftwise_studies.papers.abid2008", 400),
     "tian2009": ("driftwise_studies.papers.tian2009", 200),
-    "radar": ("driftwise_studies.papers.radar", 300),  # simulates nothing
+    "radar": ("driftwise_studies.papers.radar", 300),  # draws its own
     "policies": ("driftwise_studies.papers.policies", 200),
 }
 

@@ -49,6 +49,7 @@ class Flight:
         self.time, self.y, self.kind, self.fixed = time - time[0], y, kind, fixed
         self.grid, self.period = on_grid(time, y)
         self.seen = np.isfinite(self.grid[:, 0])
+        self._followed: dict[str, list[Outcome]] = {}
 
     def cut(self, length: int = LENGTH) -> list[Flight]:
         """Return the records of so many plots that the track falls into, each a track of its own."""
@@ -92,32 +93,41 @@ class Flight:
         """What the shipped estimator says of both coordinates."""
         return dw.TrackEstimator(self.kind.v0).scan(self.time, self.y)
 
-    @cached_property
-    def outcomes(self) -> dict[str, list[Outcome]]:
-        """Return name -> `Outcome` per coordinate, every filter started afresh."""
-        found = {name: self.constant(name) for name in self.fixed}
-        found[PAPERS] = [self.free(i)[1] for i in range(2)]
-        if SINGER in self.fixed:
-            found[SINGERS] = [self.from_singer(i)[1] for i in range(2)]
-        found[MANOEUVRE] = [self.manoeuvre(i)[1] for i in range(2)]
+    def bank(self):
+        """Return the `Outcome` of the shipped estimator per coordinate."""
         trace = self.shipped
         band = trace.band(0.95)
-        found[SHIPPED] = [Outcome(trace.prediction[:, i], trace.variance[:, i], band[:, i]) for i in range(2)]
-        return found
+        return [Outcome(trace.prediction[:, i], trace.variance[:, i], band[:, i]) for i in range(2)]
+
+    @cached_property
+    def names(self) -> list[str]:
+        """Everybody who follows the track."""
+        singers = [SINGERS] if SINGER in self.fixed else []
+        return [*self.fixed, PAPERS, *singers, MANOEUVRE, SHIPPED]
+
+    def outcome(self, name) -> list[Outcome]:
+        """Return the `Outcome` of one of them per coordinate, started afresh, worked out when it is first asked for."""
+        if name not in self._followed:
+            ways = {PAPERS: self.free, SINGERS: self.from_singer, MANOEUVRE: self.manoeuvre}
+            if name in ways:
+                self._followed[name] = [ways[name](i)[1] for i in range(2)]
+            else:
+                self._followed[name] = self.bank() if name == SHIPPED else self.constant(name)
+        return self._followed[name]
 
     # --- how well ------------------------------------------------------------------------------------------
 
     def error(self, name, i):
         """Return the errors of one coordinate at every plot."""
-        return self.y[:, i] - self.outcomes[name][i].prediction
+        return self.y[:, i] - self.outcome(name)[i].prediction
 
     def errors(self, name, part=slice(SKIP, None)):
         """Return the RMSE, East and North."""
         return np.array([rmse(self.error(name, i), part) for i in range(2)])
 
-    def ratios(self, name, reference=CV):
+    def ratios(self, name, reference=CV, part=slice(SKIP, None)):
         """Return the RMSE over that of a fixed filter, East and North."""
-        return self.errors(name) / self.errors(reference)
+        return self.errors(name, part) / self.errors(reference, part)
 
     def calibration(self, name):
         """Return NIS, shares inside 95 % bands and within two sigma, Ljung-Box(5); East and North each."""
@@ -125,7 +135,7 @@ class Flight:
 
         found = []
         for i in range(2):
-            outcome, e = self.outcomes[name][i], self.error(name, i)[SKIP:]
+            outcome, e = self.outcome(name)[i], self.error(name, i)[SKIP:]
             z = e / np.sqrt(outcome.variance[SKIP:])
             inside = np.mean(np.abs(e) <= outcome.band[SKIP:])
             found.append((np.mean(z * z), inside, np.mean(np.abs(z) <= 2), chi2.isf(ljung_box(z, 5)[0], 5)))

@@ -24,7 +24,7 @@ def run(seeds: int, say=lambda title: None) -> Reproduction:
         LEAD,
         seeds,
         [*sections, radar_fifty.section()],
-        "Nothing is simulated here, so --seeds changes nothing. The paper's own panels are: its Fig. 2 the "
-        "measurements, Fig. 3 the estimated position, Figs. 4 to 6 the three parameters; innovations, wrong noise "
-        "polynomials and fixed filters beside it are not in the paper.",
+        "The drawn flights beside the recordings have their own number and seed, so --seeds changes nothing. The "
+        "paper's own panels are: its Fig. 2 the measurements, Fig. 3 the estimated position, Figs. 4 to 6 the three "
+        "parameters; innovations, wrong noise polynomials and fixed filters beside it are not in the paper.",
     )

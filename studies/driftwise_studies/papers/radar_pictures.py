@@ -20,7 +20,7 @@ def track(flight):
     for i, axis in enumerate(AXES):
         y = flight.y[:, i] / 1e3
         for ax, (name, part) in zip(axes[:, i], rows):
-            outcome = flight.outcomes[name][i]
+            outcome = flight.outcome(name)[i]
             center, half = outcome.prediction[part] / 1e3, 2 * np.sqrt(outcome.variance[part]) / 1e3
             ax.fill_between(minutes[part], center - half, center + half, color=SKY, alpha=0.35, lw=0, label="± 2σ")
             ax.plot(minutes[part], center, color=BLUE, lw=1.2, label="predicted one scan ahead")
@@ -40,7 +40,7 @@ def innovations(flight):
     minutes = flight.time[SKIP:] / 60
     for i, axis in enumerate(AXES):
         for ax, (name, words) in zip(axes[:, i], SHORT.items()):
-            e, sigma = flight.error(name, i)[SKIP:], np.sqrt(flight.outcomes[name][i].variance[SKIP:])
+            e, sigma = flight.error(name, i)[SKIP:], np.sqrt(flight.outcome(name)[i].variance[SKIP:])
             outside = np.abs(e) > 2 * sigma
             ax.fill_between(minutes, -2 * sigma, 2 * sigma, color=SKY, alpha=0.35, lw=0, label="± 2σ")
             ax.plot(minutes, e, ".-", color=INK, ms=3, lw=0.5, label="innovation")
