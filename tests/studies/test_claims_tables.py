@@ -54,3 +54,14 @@ def test_recognition_of_knowable_tables(tmp_path):
         found = judged(truth)
         right[truth.knows_output].append(found.get("asked", False) or (found.get("output") and found.get("inputs")))
     assert np.mean(right[True]) >= 0.95 and np.mean(right[False]) >= 0.7
+
+
+def test_of_copies_without_names_either_is_the_output(tmp_path):
+    rng = np.random.default_rng(3)
+    truth = write_table(tmp_path / "t.csv", *drawn(rng), rng, kind="numbers only", beside=9)
+    copy = next(name for name, what in truth.beside.items() if what == "other unit")
+    read = truth.read_with(copy)
+    a, b = truth.affine[truth.outputs[0]]
+    assert read.outputs == (copy,) and read.affine[copy] == (1000 * a, 1000 * b)
+    assert read.beside[truth.outputs[0]] == "copy" and copy not in read.beside
+    assert truth.read_with(truth.inputs[0]) == truth

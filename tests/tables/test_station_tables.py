@@ -98,3 +98,26 @@ def test_a_column_that_is_mostly_a_code_for_missing_is_no_signal():
     table = autoread.read({"t": np.arange(96.0), "Temp a [deg C]": cold, "Temp b [deg C]": Y})[0]
     assert table.output == "Temp b [deg C]"
     assert "of its first 96 values stand for a missing one" in table["Temp a [deg C]"].why
+
+
+def test_parts_of_a_date_without_names_drive_nothing():
+    """Year, day of year, hours and minutes, as loggers write them: a jump at midnight is the clock's."""
+    rng = np.random.default_rng(12)
+    minutes = np.arange(21 * 60, 21 * 60 + 900)
+    heat = np.repeat(rng.integers(0, 2, 90), 10) * 5.5 + 1
+    temperature = 20 + np.convolve(heat, 0.1 * 0.9 ** np.arange(60))[:900] + 0.01 * rng.standard_normal(900)
+    stamps = [np.full(900, 2010.0), 207.0 + minutes // 1440, minutes % 1440 // 60 * 100.0 + minutes % 60]
+    names = [f"column{j + 1}" for j in range(5)]
+    table = autoread.read(dict(zip(names, [*stamps, heat, temperature])))[0]
+    assert (table.time, table.inputs, table.output) == ("column1", ("column4",), "column5")
+    assert [c.why for c in table.columns if c.name in names[1:3]] == ["a part of the dates"] * 2
+
+
+def test_the_air_is_outside_where_wind_and_sun_are():
+    rng = np.random.default_rng(13)
+    air, wind, sun = rng.standard_normal((3, 200))
+    load = {"load [kW]": rng.standard_normal(200), "air temperature [°C]": air, "wind speed [m/s]": wind}
+    assert autoread.read(load)[0].inputs == ("air temperature [°C]", "wind speed [m/s]")
+    for beside in ("heater power [W]", "outdoor temperature [°C]"):  # then it is that of a room
+        room = {"load [kW]": load["load [kW]"], "air temperature [°C]": air, "solar [W/m2]": sun, beside: wind}
+        assert "air temperature [°C]" not in autoread.read(room)[0].inputs

@@ -196,7 +196,7 @@ def recognised(table: OpenTable, output=None, inputs=None, time=None, dt=None) -
             raise InputError(f"column {output!r} is asked for as output and as {part}; it can be one of them only.")
         stamps = [name for name, kind in table.kinds.items() if kind == "stamp"]
         _turn(table, time, stamps)
-        how = time, table.source.units, stamps, table.tens, table.beyond
+        how = time, table.source.units, stamps, table.tens, table.beyond, table.calendar.values()
         found = recognise(_head(table, time), output, inputs, *how)
         if found.sampling.duplicates > SHARED * found.rows and table.keep_one(found.time, asked(output, inputs)):
             found = recognise(_head(table, time), output, inputs, *how)

@@ -57,6 +57,8 @@ def propose_inputs(output: str, free: list[str], names: dict[str, Name], clean):
     y = clean[output]
     why: dict[str, str] = {}
     causes = [n for n in free if names[n].score <= -1 and because(names[n], "input", names[output].kinds)]
+    weather = _weather(output, free, causes, names)
+    causes += weather
     setpoints = [name for name in causes if "setpoint" in names[name].kinds]
     acting = [name for name in causes if names[name].kinds & ACTING and name not in setpoints]
     for name in list(acting) if setpoints else ():
@@ -88,12 +90,23 @@ def propose_inputs(output: str, free: list[str], names: dict[str, Name], clean):
     more = [name for name in helps if name not in certain and helps[name] >= least[name]]
     chosen = [*certain, *more[: MOST_INPUTS - len(certain)]] or causes[:1]
     for name in chosen:
-        reason = because(names[name], "input", names[output].kinds) or "its past helps"
+        by_name = (
+            "weather, as other inputs are" if name in weather else because(names[name], "input", names[output].kinds)
+        )
+        reason = by_name or "its past helps"
         why[name] = reason + (f", {percent(helps[name])}" if name in helps else "")
     for name in free:
         if name not in chosen:
             why.setdefault(name, "helps too little to predict the output" if name in [*causes, *others] else "no name")
     return tuple(name for name in clean if name in chosen), why, helps
+
+
+def _weather(output: str, free: list[str], causes: list[str], names: dict[str, Name]) -> list[str]:
+    """Return the quantities of the air outside: where nobody acts, and no disturbance measures the same."""
+    if names[output].is_weather or not causes or not all("disturbance" in names[name].kinds for name in causes):
+        return []
+    told = {word for name in causes for word in names[name].words}
+    return [name for name in free if name not in causes and names[name].is_weather and not told & {*names[name].words}]
 
 
 def _screened(y, candidates: list[str], clean, most: int) -> list[tuple[str, float]]:

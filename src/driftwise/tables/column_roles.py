@@ -40,6 +40,11 @@ class Name(NamedTuple):
         return bool({"step", "mode", "status", "stufe"} & set(self.words))
 
     @property
+    def is_weather(self) -> bool:
+        """Whether it is measured outside where weather is: air, and neither that of a room nor that of a duct."""
+        return "weather" in self.kinds and all(_kinds(word) & {"weather", "quantity"} for word in self.words)
+
+    @property
     def stem(self) -> tuple[str, ...]:
         """The words without numbers, and the unit: those of pos1 and pos2 are the same."""
         return (*(word.rstrip("0123456789") for word in self.words), self.unit)

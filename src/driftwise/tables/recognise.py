@@ -158,6 +158,7 @@ def recognise(
     stamps=(),
     tens: Mapping[str, int] | None = None,
     beyond=(),
+    parts=(),
 ) -> Table:
     """Recognise a table by the first rows of its columns.
 
@@ -171,6 +172,7 @@ def recognise(
     stamps : names of the columns that were time stamps and are seconds now
     tens : power of ten per name that the numbers of a column were divided by
     beyond : names of columns of numbers that are beyond 1e100, which are None among ``columns``
+    parts : names of the columns that stamps are made of: years, days, hours
 
     Examples
     --------
@@ -218,6 +220,7 @@ def recognise(
     count = known or Count(1.0)
     _take_stuck(found, clean, names, {time, *stamps})
     barred = {name: _barred(names[name], found[name], clean[name]) for name in clean if name != time}
+    barred |= {name: ("counter", "a part of the dates") for name in parts if name in clean and not barred.get(name)}
     signals = {name: clean[name] for name in clean if name not in {time, *stamps} and not barred[name]}
     why = derived(signals, {name: _standing(names[name]) + 20.0 * (name in wanted) for name in signals})
     barred |= {name: ("duplicate" if is_copy(reason) else "computed", reason) for name, reason in why.items()}

@@ -43,6 +43,7 @@ WORDS = {
     "precipitations rayonnement exterieur exterieure lluvia radiacion exterior precipitacion pioggia irraggiamento "
     "esterna esterno radiazione chuva externa externo radiacao ~neerslag buiten~ straling opad opady naslonecznienie "
     "zewnetrzna ~nederbord ute~ ~stralning evapo",
+    "weather": "air luft~ aire aria ~powietrza lucht~",
     "source": "current strom corrente corriente courant stroom prad gas kms petrol",
     "output": "y output out response ist ~istwert measured measurement pv actual demand consumption sales revenue "
     "load ausgang ~ausgang sortie salida uscita saida uitgang wyjscie utsignal",

@@ -72,9 +72,10 @@ def one(seed: int, number: int) -> Line:
     if answer is None:
         line.outcome = "asked"
         return line
+    columns = answer["columns"]
+    written = written.read_with(columns["output"])
     case = Case(plant, data, written, ask(plant, data), answer)
     line.claims = [(claim["kind"], check(case, claim), claim["text"]) for claim in answer["claims"]]
-    columns = answer["columns"]
     line.has_columns = columns["output"] == written.outputs[0] and set(columns["inputs"]) == set(written.inputs)
     recall(case, line)
     return line

@@ -7,7 +7,8 @@ returns, `Written`, is the truth that an answer is held against.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import re
+from dataclasses import dataclass, field, replace
 from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -71,6 +72,7 @@ KINDS: dict[str, Kind] = {
 }
 
 BESIDE = ("constant", "counter", "copy", "other unit", "flag", "battery", "remark", "sum", "shifted", "set point")
+KILO = 1000.0  # of the output in another unit
 
 
 @dataclass(frozen=True)
@@ -106,6 +108,16 @@ class Written:
     knows_inputs: bool = True
     code: str = ""
     lost: dict[str, int] = field(default_factory=dict)
+
+    def read_with(self, output: str) -> Written:
+        """Return the truth for a reader who takes ``output``: of copies without names none says which is the first."""
+        factor = {"copy": 1.0, "other unit": KILO}.get(self.beside.get(output, ""))
+        if factor is None or not re.fullmatch(r"column\d+", output):
+            return self
+        a, b = self.affine[self.outputs[0]]
+        beside = {name: what for name, what in self.beside.items() if name != output} | {self.outputs[0]: "copy"}
+        affine = self.affine | {output: (factor * a, factor * b)}
+        return replace(self, outputs=(output, *self.outputs[1:]), affine=affine, beside=beside)
 
 
 def write_table(
@@ -273,7 +285,7 @@ def _beside(rng, count: int, columns, outputs: int, units, style: str) -> list[t
             "constant": ("station height", np.full(T, 412.0)),
             "counter": ("sample", np.arange(1.0, T + 1)),
             "copy": (f"{bare} copy", y),
-            "other unit": (f"{bare} x1000", 1000.0 * y),
+            "other unit": (f"{bare} x1000", KILO * y),
             "flag": ("quality", (rng.random(T) < 0.02).astype(float)),
             "battery": (
                 "battery [V]" if style != "none" else "battery",
