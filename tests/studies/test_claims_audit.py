@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 from driftwise_studies.score.claims import audit, checking
 from driftwise_studies.score.claims.checking import FALSE, TRUE, UNCHECKED, VACUOUS, Case, check
+from driftwise_studies.score.claims.dating import dates
 from driftwise_studies.score.claims.drawing import LONGEST, draw
 from driftwise_studies.score.claims.hidden_inputs import expected, spread
-from driftwise_studies.score.claims.oracle import _whitener, ask
+from driftwise_studies.score.claims.oracle import whitener, ask
 from driftwise_studies.score.claims.plant import TROUBLES, Jump, Plant
 from driftwise_studies.score.claims.simulation import COLOUR, record, response
 from driftwise_studies.score.claims.tables import Written
@@ -119,7 +120,7 @@ def test_noise_at_missing_samples_is_known_to_nobody():
     data, rng = record(PLAIN, 1), np.random.default_rng(1)
     seen, x = np.arange(1200) % 2 == 0, rng.normal(size=1200)
     white = (x[seen][1:] - 0.8**2 * x[seen][:-1]) / (data.sigma[0] * np.sqrt(1 + 0.8**2))
-    np.testing.assert_allclose(_whitener(PLAIN, data, seen)(x)[1:], white, rtol=1e-6)
+    np.testing.assert_allclose(whitener(PLAIN, data, seen)(x)[1:], white, rtol=1e-6)
 
 
 @pytest.mark.parametrize("excitation", ["white", "coloured", "steps"])
@@ -229,6 +230,27 @@ def test_a_file_by_the_month_is_dated_by_its_rows_and_intervals_are_held_against
     for claims in (said[:1], said[1:]):
         audit.recall(replace(one, answer={**one.answer, "claims": claims}), line)
     assert line.dated == [True, False]
+
+
+@pytest.mark.parametrize(("what", "large", "small"), [("level", 0.5, 0.1), ("noise", 2.0, 1.3), ("gain", 1.5, 1.1)])
+def test_who_knows_all_but_the_date_has_it_within_his_interval(what, large, small):
+    """In 34 of 40 at least, if it is one of 95 %: fewer have a chance of 1 in 300. A small change has a wider one."""
+    widths = []
+    for plant in (jumping(what, large), jumping(what, small)):
+        found = [dates(plant, record(plant, seed), 0) for seed in range(40)]
+        assert sum(first <= 600 <= last for first, last in found) >= 34
+        widths.append(np.mean([last - first for first, last in found]))
+    assert widths[1] > 5 * widths[0]
+
+
+def test_a_change_is_told_by_two_dates_that_nobody_could_have_closer():
+    one = case(jumping("gain", 1.15))
+    first, last = dates(one.plant, one.record, 0)
+    n = last - first
+    assert n > one.tolerance
+    for ends, verdict in (((-n, n // 2), TRUE), ((-2 * n, n), FALSE), ((-n, -5), FALSE)):
+        said = claim("change", "the gain from valve [%] rose", 600 - n, tuple(600 + end for end in ends))
+        assert check(one, said) == verdict
 
 
 def test_the_most_likely_is_the_most_likely_and_as_likely_is_as_likely():

@@ -19,7 +19,7 @@ import numpy as np
 
 from driftwise.engine.errors import InputError
 
-from .checking import FALSE, TRUE, VACUOUS, Case, check, is_attainable, is_dated, is_told, tellable_jumps
+from .checking import FALSE, TRUE, VACUOUS, Case, check, is_attainable, is_dated, is_near, is_told, tellable_jumps
 from .drawing import draw
 from .oracle import ask
 from .plant import Plant
@@ -125,7 +125,7 @@ def recall(case: Case, line: Line) -> None:
             expected[name] += 1
             found[name] += was_told
     for k in range(len(case.plant.jumps)):
-        told = next((claim for claim in claims if is_told(case, k, claim)), None)
+        told = next((claim for claim in claims if is_told(case, k, claim) and is_near(case, k, claim)), None)
         line.dated += [is_dated(case, k, told)] if told else []
     line.expected, line.found = dict(expected), dict(found)
 

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from .dating import dates
 from .oracle import Oracle
 from .plant import Plant
 from .simulation import MEAN_GAP, Record, step
@@ -235,7 +236,7 @@ def is_told(case: Case, k: int, claim) -> bool:
     if claim["kind"] != "change" or not isinstance(claim["value"], int) or claim["subject"] == "others":
         return False
     jump, subject = case.plant.jumps[k], claim["subject"]
-    if abs(claim["value"] * case.dt - jump.at) > case.tolerance:
+    if not is_near(case, k, claim) and not _is_between(case, k, claim):
         return False
     named = {word for word in ("level", "noise", "gain") if f"the {word} " in subject}
     if FASTER.search(subject):
@@ -245,6 +246,20 @@ def is_told(case: Case, k: int, claim) -> bool:
     if "response changed" in subject:  # a gain, all gains or a lag: true where either is
         return jump.what in ("gain", "lag")
     return not named or jump.what in named
+
+
+def is_near(case: Case, k: int, claim) -> bool:
+    """Whether the date of a claim is within the tolerance of a jump's."""
+    return abs(claim["value"] * case.dt - case.plant.jumps[k].at) <= case.tolerance
+
+
+def _is_between(case: Case, k: int, claim) -> bool:
+    """Whether the interval of a date holds the jump, and is at most twice as wide as that of who knows the plant."""
+    if claim["interval"] is None or not is_dated(case, k, claim):
+        return False
+    low, high = claim["interval"]
+    first, last = dates(case.plant, case.record, k)
+    return bool((high - low) * case.dt <= 2 * (last - first + case.dt))
 
 
 def is_dated(case: Case, k: int, claim) -> bool:

@@ -40,14 +40,9 @@ def ask(plant: Plant, record: Record) -> Oracle:
     """Return what the oracle knows of a record."""
     theta, names = _parameters(plant)
     sizes, u = [jump.size for jump in plant.jumps], record.u
-    seen = np.isfinite(record.y) & ~record.outliers & np.isin(np.arange(plant.samples), record.rows)
-    first, length = plant.stuck
-    seen[first : first + length] = False
-    spread_of_y = None
-    if plant.is_irregular:
-        spread_of_y, record = spread(plant, record, seen), replace(record, u=expected(plant, record))
+    record, seen, spread_of_y = sight(plant, record)
     base = _clean(plant, record, theta, sizes)
-    whiten = _whitener(plant, record, seen, spread_of_y)
+    whiten = whitener(plant, record, seen, spread_of_y)
     slopes = [whiten(_slope(plant, record, theta, sizes, j)) for j in range(len(theta))]
     slopes += [whiten(column) for column in _of_level(plant)]
     marks = [_of_jump(plant, record, theta, sizes, k, base) for k in range(len(sizes))]
@@ -111,6 +106,16 @@ def ask(plant: Plant, record: Record) -> Oracle:
     slowest = known(partial(_slowest, plant))
     times = [known(partial(_risen, plant, i=i)) for i in range(len(plant.gains))]
     return Oracle(tuple(gains), tuple(spreads), tuple(bars), slowest, tuple(times), tuple(odds), tuple(named))
+
+
+def sight(plant: Plant, record: Record) -> tuple[Record, np.ndarray, np.ndarray | None]:
+    """Return the record with the inputs as they are expected, which samples of y are seen, and the variance of y then."""
+    seen = np.isfinite(record.y) & ~record.outliers & np.isin(np.arange(plant.samples), record.rows)
+    first, length = plant.stuck
+    seen[first : first + length] = False
+    if not plant.is_irregular:
+        return record, seen, None
+    return replace(record, u=expected(plant, record)), seen, spread(plant, record, seen)
 
 
 def _parameters(plant: Plant) -> tuple[np.ndarray, list[tuple[int, int]]]:
@@ -202,7 +207,7 @@ def _variance(plant: Plant, record: Record) -> np.ndarray:
     return record.sigma**2 + rounding
 
 
-def _whitener(plant: Plant, record: Record, seen, spread_of_y=None):
+def whitener(plant: Plant, record: Record, seen, spread_of_y=None):
     """Return what makes the noise of a series white and of variance one, given the samples that are seen alone."""
     colour = np.array({"white": [1.0], "equation": [*plant.a], "coloured": [1.0, -plant.rho]}[plant.noise])
     if spread_of_y is None and (len(colour) == 1 or (seen.all() and not plant.levels)):
