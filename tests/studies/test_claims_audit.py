@@ -10,7 +10,7 @@ from driftwise_studies.score.claims.checking import FALSE, TRUE, UNCHECKED, VACU
 from driftwise_studies.score.claims.dating import dates
 from driftwise_studies.score.claims.drawing import LONGEST, draw
 from driftwise_studies.score.claims.hidden_inputs import expected, spread
-from driftwise_studies.score.claims.oracle import whitener, ask
+from driftwise_studies.score.claims.oracle import ask, whitener
 from driftwise_studies.score.claims.plant import TROUBLES, Jump, Plant
 from driftwise_studies.score.claims.simulation import COLOUR, record, response
 from driftwise_studies.score.claims.tables import Written

@@ -109,7 +109,7 @@ def ask(plant: Plant, record: Record) -> Oracle:
 
 
 def sight(plant: Plant, record: Record) -> tuple[Record, np.ndarray, np.ndarray | None]:
-    """Return the record with the inputs as they are expected, which samples of y are seen, and the variance of y then."""
+    """Return the record with inputs as they are expected, which samples of y are seen, and the variance of y then."""
     seen = np.isfinite(record.y) & ~record.outliers & np.isin(np.arange(plant.samples), record.rows)
     first, length = plant.stuck
     seen[first : first + length] = False
