@@ -100,6 +100,19 @@ def test_a_column_that_is_mostly_a_code_for_missing_is_no_signal():
     assert "of its first 96 values stand for a missing one" in table["Temp a [deg C]"].why
 
 
+def test_a_column_that_is_measured_every_seventh_row_is_a_signal():
+    """The rows between hold a code for a missing value."""
+    rare = np.where(np.arange(96) % 7, -9999.0, Y)
+    assert autoread.read({"t": np.arange(96.0), "TempOut": rare, "tag118": Y})[0].output == "TempOut"
+
+
+def test_the_voltage_of_a_motor_in_french_drives():
+    signals = {"tension moteur": Y, "position": np.cumsum(Y), "couple": Y[::-1]}
+    table = autoread.read(signals)[0]
+    assert table.output == "position" and table.inputs == ("tension moteur", "couple")
+    assert autoread.read({"roll force": Y, "strip tension": Y[::-1]})[0].output == "strip tension"
+
+
 def test_parts_of_a_date_without_names_drive_nothing():
     """Year, day of year, hours and minutes, as loggers write them: a jump at midnight is the clock's."""
     rng = np.random.default_rng(12)

@@ -84,7 +84,8 @@ def parse(name: str, unit: str = "") -> Name:
     if {"output", "quantity"} <= kinds and words[-1] == "out":  # the outlet, or outside
         kinds -= {"output"}
     if {"voltage", "quantity"} <= kinds:  # a tension
-        kinds -= {"quantity"} if unit.endswith("V") else {"voltage"}
+        is_motors = not unit and words[:1] == ("tension",) and len(words) > 1  # tension moteur, but strip tension
+        kinds -= {"quantity"} if unit.endswith("V") or is_motors else {"voltage"}
     if not kinds & {*SCORES, "time"} or (kinds & SCORES.keys() == {"source"} and unit not in ("A", "mA")):
         kinds |= {kind for kind, units in UNITS.items() if unit and unit in units.split()}
     if unit == "W/m²":

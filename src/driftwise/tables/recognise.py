@@ -26,6 +26,7 @@ SHOWN = 8  # columns that a message lists
 LARGE = "numbers beyond 1e100"
 OUT_OF_STEP = 0.05  # share of stamps that may go back
 DOUBTFUL = 0.5  # share of the rows whose values are not believed, above which a column is no signal
+PACED = 0.8  # share of the steps from value to value that are alike where a column is measured every so many rows
 LEAST_ROWS, EARLY = 100, 0.1  # rows, and the share of them, after which a column without a value is none
 MARKS = 20  # values that a mark may have, at most
 MEASURED = frozenset(("anomaly", "class", "quality"))  # marks by name that may be quantities: a deviation, seats
@@ -371,12 +372,23 @@ def _standing(name: Name) -> float:
     return -5.0 * bool(kind) if kind in ("", "computed") else 10.0 - order.index(kind)
 
 
+def _is_paced(values) -> bool:
+    """Whether a column has a value every so many rows, as one that is measured less often than the others.
+
+    >>> k = np.arange(70)
+    >>> _is_paced(np.where(k % 7, np.nan, 1.0)), _is_paced(np.where(k % 7 * (k % 5), np.nan, 1.0))
+    (True, False)
+    """
+    steps = np.diff(np.flatnonzero(np.isfinite(values)))
+    return steps.size > 1 and bool(np.mean(steps == np.median(steps)) > PACED)
+
+
 def _barred(name: Name, column: Column, values):
     """Return (role, why) of a column that takes no part by what it is itself, None if it may."""
     if column.role != "spare":
         return column.role, column.why
     kinds = name.kinds
-    if column.doubted > DOUBTFUL * len(values):
+    if column.doubted > DOUBTFUL * len(values) and not _is_paced(values):
         return "doubted", f"{column.doubted} of its first {len(values)} values stand for a missing one"
     fine = values[np.isfinite(values)]
     whole = bool(np.all(fine == np.round(fine)))

@@ -72,6 +72,7 @@ KINDS: dict[str, Kind] = {
 }
 
 BESIDE = ("constant", "counter", "copy", "other unit", "flag", "battery", "remark", "sum", "shifted", "set point")
+NAMELESS = re.compile(r"column\d+")  # what a column is called by its place
 KILO = 1000.0  # of the output in another unit
 
 
@@ -112,7 +113,7 @@ class Written:
     def read_with(self, output: str) -> Written:
         """Return the truth for a reader who takes ``output``: of copies without names none says which is the first."""
         factor = {"copy": 1.0, "other unit": KILO}.get(self.beside.get(output, ""))
-        if factor is None or not re.fullmatch(r"column\d+", output):
+        if factor is None or not NAMELESS.fullmatch(output):
             return self
         a, b = self.affine[self.outputs[0]]
         beside = {name: what for name, what in self.beside.items() if name != output} | {self.outputs[0]: "copy"}
