@@ -79,7 +79,7 @@ def _stop(number, frame):
 
 def by_coverage(name: str, inputs: int, seed: int) -> None:
     """Let Atheris choose the inputs; it ends the process."""
-    import atheris  # type: ignore[import-not-found]
+    import atheris  # type: ignore[import-not-found]  # where it is installed
 
     reached = Path("out", "fuzz", name)  # which git ignores
     reached.mkdir(parents=True, exist_ok=True)
@@ -127,7 +127,7 @@ def main() -> int:
 if __name__ == "__main__":
     np.seterr(all="ignore")
     if "--atheris" in sys.argv:
-        import atheris  # type: ignore[import-not-found]
+        import atheris  # type: ignore[import-not-found]  # where it is installed
 
         with atheris.instrument_imports(
             include=["driftwise.tables", "driftwise.tracking", "driftwise.results", "driftwise.cli"]

@@ -263,8 +263,11 @@ def law_fleet_of_known_sizes(est, y, u):
     y, u = y[:12], _part(u, slice(12))
     fleet = Fleet(est, ["own", "other"], threads=1, lanes=False)
     crew, rows, outs = fleet.crew, est._rows(est.start()), np.empty((1, len(y), est.step_columns))
-    # a plain loop in place of a compiled one, which has a type of its own
-    crew.loop = lambda columns: compile.plain_crew(crew.kinds, crew.sizes, crew.shapes(columns))  # type: ignore
+
+    def plain(columns):
+        return compile.plain_crew(crew.kinds, crew.sizes, crew.shapes(columns))
+
+    crew.loop = plain  # type: ignore[method-assign]  # in place of the compiled one
     us = np.zeros((1, len(y), 0)) if u is None else np.ascontiguousarray(u, float).reshape(1, len(y), -1)
     both = np.stack([y, y[::-1]], axis=1).reshape(2 * len(y), *y.shape[1:])
     with np.errstate(all="ignore"):

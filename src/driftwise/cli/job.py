@@ -39,8 +39,8 @@ def add_command(app, name: str, command: type[Command]) -> None:
             raise Stopped(130) from None
 
     parameters = inspect.signature(command).parameters.values()
-    # functions may have a signature of their own, of which mypy does not know
-    call.__signature__ = inspect.Signature([p.replace(annotation=hints[p.name]) for p in parameters])  # type: ignore
+    signature = inspect.Signature([p.replace(annotation=hints[p.name]) for p in parameters])
+    call.__signature__ = signature  # type: ignore[attr-defined]  # any function may have one of its own
     call.__annotations__, call.__doc__ = hints, command.__doc__
     app.command(name)(call)
 

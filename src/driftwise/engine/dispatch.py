@@ -115,7 +115,7 @@ def flatten(policies) -> np.ndarray:
 
 
 @functools.cache
-def reader(kinds: tuple[type, ...], given: str, is_sized: bool = False) -> Callable:
+def reader(kinds: tuple[Any, ...], given: str, is_sized: bool = False) -> Callable:
     """Write the function ``read(given)`` that reads policies of these types from the row ``spec``.
 
     Vectors are views, nothing is copied. It begins at ``at``, if it is given that, and then also returns where the next
@@ -124,8 +124,7 @@ def reader(kinds: tuple[type, ...], given: str, is_sized: bool = False) -> Calla
     end = ", at" if given.endswith(", at") else ""
     lines, made, fixed = [f"def read({given}):", *([] if end else ["    at = 0"])], [], itertools.count()
     for i, kind in enumerate(kinds):
-        # policies are named tuples, which a type alone does not say
-        names = [f"{name}_{i}" for name in kind._fields]  # type: ignore[attr-defined]
+        names = [f"{name}_{i}" for name in kind._fields]
         for name, annotation in zip(names, get_type_hints(kind, include_extras=True).values()):
             if annotation in (Vector, PerParameter):
                 lines += ["    size = int(spec[at])", f"    {name} = spec[at + 1 : at + 1 + size]", "    at += size"]
@@ -152,18 +151,16 @@ _count = itertools.count()
 
 
 @functools.cache
-def cutter(kind: type) -> Callable:
+def cutter(kind: Any) -> Callable:
     """Write the function ``cut(policy, first, last)`` that returns the policy of some parameters alone."""
     hints = get_type_hints(kind, include_extras=True)
-    # policies are named tuples, which a type alone does not say
-    fields = [f"policy.{name}" + "[first:last]" * (hints[name] == PerParameter) for name in kind._fields]  # type: ignore
+    fields = [f"policy.{name}" + "[first:last]" * (hints[name] == PerParameter) for name in kind._fields]
     return written(f"def cut(policy, first, last):\n    return kind({', '.join(fields)})", "cut", {"kind": kind})
 
 
 def part(policy, first, last):
     """Return the policy of the parameters first .. last - 1: of each `PerParameter` only those."""
-    # what exec has made takes any policy
-    return cutter(type(policy))(policy, first, last)  # type: ignore[arg-type]
+    return cutter(type(policy))(policy, first, last)  # type: ignore[arg-type]  # a type is hashable
 
 
 def read(kind, spec, at):

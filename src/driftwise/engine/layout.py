@@ -89,13 +89,11 @@ class Layout:
         for field in fields:
             self.views.setdefault(field.view or field.name, []).append(field)
         frame = sys._getframe(1)
-        while frame.f_globals["__name__"] == __name__:
-            # the frames of modules never end before a module
-            frame = frame.f_back  # type: ignore[assignment]
+        while frame.f_globals["__name__"] == __name__ and frame.f_back is not None:
+            frame = frame.f_back
         module, line = frame.f_globals["__name__"], frame.f_lineno
-        # names that are known at run time alone
-        self.Row: Any = namedtuple("Row", list(self.views), module=module)  # type: ignore[misc]
-        Places = namedtuple("Places", list(self.views), module=module)  # type: ignore[misc]
+        self.Row: Any = namedtuple("Row", list(self.views), module=module)  # type: ignore[misc]  # names of run time
+        Places = namedtuple("Places", list(self.views), module=module)  # type: ignore[misc]  # the same
         self.source = "\n".join(self._write())
         filename = f"<layout of {module}, line {line}>"
         linecache.cache[filename] = len(self.source), None, self.source.splitlines(keepends=True), filename

@@ -82,12 +82,12 @@ def _wait_for(port: int, seconds: float = 5.0) -> None:
 
 def configuration(port: int | None, folder: Path, web: WebConfig) -> Config:
     """Return the settings of the demonstration; without a broker nothing is subscribed to."""
-    model = dict(model="arx:1,1", jumps="parameters:100000", output="flow", inputs=("speed",))
+    model: dict[str, Any] = dict(model="arx:1,1", jumps="parameters:100000", output="flow", inputs=("speed",))
     sources = () if port is None else (MqttSource(f"mqtt://127.0.0.1:{port}", ("plant/+",), key="{1}"),)
-    pumps = SeriesConfig(**model, keys="pump *", unit="m3/h")  # type: ignore[arg-type]
+    pumps = SeriesConfig(**model, keys="pump *", unit="m3/h")
     return Config(
         sources,
-        ModelConfig(**model),  # type: ignore[arg-type]
+        ModelConfig(**model),
         series=(pumps,),
         web=web,
         store=StoreConfig(path=str(folder)),

@@ -29,7 +29,7 @@ class Entry(NamedTuple):
     ``example`` are settings with which it is tried on short records.
     """
 
-    kind: type
+    kind: Any
     forms: tuple[str, ...]
     about: str
     read: Callable[[Any], Any]

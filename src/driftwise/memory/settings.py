@@ -139,7 +139,7 @@ def _calls() -> str:
     written = []
     for name, (kind, *_) in public().items():
         if kind in MEMORIES:
-            needed = [field for field in kind._fields if field not in kind._field_defaults]  # type: ignore[attr-defined]
+            needed = [field for field in kind._fields if field not in kind._field_defaults]
             written.append(f"{name}({', '.join(needed)})")
     return f"{', '.join(written[:-1])} or {written[-1]}"
 

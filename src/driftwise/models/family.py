@@ -23,7 +23,7 @@ class Family(Equation):
     nf: tuple[int, ...] = ()
 
     @property
-    def kept(self) -> int:  # type: ignore[override]
+    def kept(self) -> int:  # type: ignore[override]  # a number that is worked out
         """Number of coefficients that multiply what is not measured: c, d and f."""
         return self.nc + self.nd + sum(self.nf)
 

@@ -83,7 +83,7 @@ def _kind(text: str, states: str, outputs: str) -> type:
     """Return the type of a plant's policy, its kernels registered; named by what it says, so that no two are alike."""
     digest = hashlib.sha256("\n".join((text, states, outputs)).encode()).hexdigest()[:16]
     fields = {"n": float, "k": float, "p": float, "constants": Vector, "points": Vector}
-    kind: Any = namedtuple(f"Plant_{digest}", list(fields), module=__name__)  # type: ignore[misc]
+    kind: Any = namedtuple(f"Plant_{digest}", list(fields), module=__name__)  # type: ignore[misc]  # one of many
     kind.__annotations__ = fields
     scope = {name: getattr(elementary, name) for name in elementary.__all__} | {
         name: getattr(primitives, name)

@@ -83,8 +83,10 @@ class Timeline:
         dated = self.origin is not None
         shown = [("sample", "@k"), (self.label, "@t{%F %T}" if dated else "@t{%.6g}")]
         shown += [(name, f"@{column}{{%.5g}}") for name, column in tips]
-        kinds = {f"@{column}": "printf" for _, column in tips} | {"@t": "datetime" if dated else "printf"}
-        fig.add_tools(HoverTool(renderers=renderers, tooltips=shown, formatters=kinds, mode="vline", visible=False))  # type: ignore[arg-type]
+        kinds: dict[Any, Any] = {f"@{column}": "printf" for _, column in tips} | {
+            "@t": "datetime" if dated else "printf"
+        }
+        fig.add_tools(HoverTool(renderers=renderers, tooltips=shown, formatters=kinds, mode="vline", visible=False))
 
 
 def zoomable(box=None, wheel=None, *tools, **more) -> Any:
@@ -139,7 +141,7 @@ def legend(fig, drawn) -> None:
 
     Where the frame is too narrow for the row, it is broken into several.
     """
-    from bokeh.models import CustomJS, Legend, LegendItem  # type: ignore[attr-defined]
+    from bokeh.models import CustomJS, Legend, LegendItem  # type: ignore[attr-defined]  # by a star import
 
     row = Legend(
         items=[LegendItem(label=name, renderers=some) for name, some in drawn], orientation="horizontal",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from driftwise.engine.status import MEANING, Status
 from driftwise.report.figure import LINES_SHOWN, MARKS
@@ -62,11 +62,11 @@ def mark_dots(line, fig, found: list[Mark], level: float) -> list:
 
 def mark_lines(line, fig, found: list[Mark]) -> None:
     """Draw a vertical line at each jump and change of the noise, unless they are too many to tell apart."""
-    from bokeh.models import Span  # type: ignore[attr-defined]
+    from bokeh.models.annotations import Span
 
     looks = {name: (colour, dash) for name, _, colour, _, dash in MARKS if dash}
     some = [mark for mark in found if mark.name in looks]
     for mark in some if len(some) <= LINES_SHOWN else ():
         colour, dash = looks[mark.name]
-        look = {"line_color": colour, "line_dash": dash, "line_alpha": 0.8, "line_width": 1.5}
+        look: dict[str, Any] = {"line_color": colour, "line_dash": dash, "line_alpha": 0.8, "line_width": 1.5}
         fig.add_layout(Span(location=line.at(mark.time), dimension="height", **look))

@@ -43,7 +43,10 @@ class Growing:
         self._partial: list[bytes] = []  # of the line that is not complete yet
         self._is_left_out = False  # whether that line is too long
         self._begins = False  # the next line is the first of another file
-        self._file = sys.stdin.buffer.raw if path == "-" else open(path, "rb", buffering=0)  # type: ignore
+        if path == "-":
+            self._file = sys.stdin.buffer.raw  # type: ignore[union-attr]  # a pipe's buffer has one
+        else:
+            self._file = open(path, "rb", buffering=0)
         if begin:
             self._file.seek(begin)
 

@@ -9,6 +9,7 @@ import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
+from typing import Any
 
 from ..engine.errors import InputError
 from ..tables.source import bounded
@@ -92,8 +93,8 @@ def _site(value, name):
             if value.strip().lower() == "none":
                 return None
             value = value.split(",")
-        values = [v.strip() if isinstance(v, str) else v for v in value]
-        return Site(*values)  # type: ignore[arg-type]
+        values: list[Any] = [v.strip() if isinstance(v, str) else v for v in value]
+        return Site(*values)
     except TypeError as error:
         raise InputError(f"site {name} cannot be read ({error}); {HOW}") from None
     except InputError as error:

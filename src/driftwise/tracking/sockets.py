@@ -144,7 +144,7 @@ class Listener:
             self._socket.close()
 
     def _piped(self) -> list[Packet]:
-        source = sys.stdin.buffer.raw  # type: ignore[union-attr]
+        source = sys.stdin.buffer.raw  # type: ignore[union-attr]  # a pipe's buffer has one
         ready, _, _ = select.select([source], [], [], self.pause)
         if not ready:
             return []

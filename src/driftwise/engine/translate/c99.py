@@ -58,8 +58,8 @@ class Printer(ValuePrinter):
         if kind not in self.types:
             if isinstance(kind, View):
                 self.types[kind] = self.view_type(kind)
-            else:
-                self.types[kind] = self.struct_type(kind)  # type: ignore[arg-type]
+            elif isinstance(kind, Struct | Several):
+                self.types[kind] = self.struct_type(kind)
         return self.types[kind]
 
     def view_type(self, kind: View) -> str:

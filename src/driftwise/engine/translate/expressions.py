@@ -28,6 +28,8 @@ from .types import (
     widen,
 )
 
+MAKES: dict[Type, Any] = {BOOL: bool, INT: int, FLOAT: float, LANES: float, MASK: bool}  # a constant of each type
+
 SIGNS = {
     "Add": "+", "Sub": "-", "Mult": "*", "Div": "/", "FloorDiv": "//", "Mod": "%", "Pow": "**", "BitOr": "|",
     "BitAnd": "&", "BitXor": "^", "LShift": "<<", "RShift": ">>",
@@ -97,8 +99,7 @@ class Expressions(Calls, Subscripts):
         if value.type == kind:
             return value
         if isinstance(value, Constant) and is_number(kind) and is_number(value.type):
-            make = {BOOL: bool, INT: int, FLOAT: float, LANES: float, MASK: bool}[widen(kind)]  # type: ignore[index]
-            return Constant(widen(kind), make(value.value))
+            return Constant(widen(kind), MAKES[widen(kind)](value.value))
         if value.type == LANES and kind != MASK and is_number(kind):
             raise Refusal(f"what differs from lane to lane is no {describe(kind)}")
         if value.type == MASK and is_number(kind):

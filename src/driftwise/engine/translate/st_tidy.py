@@ -39,7 +39,7 @@ def writes(block: Block) -> set[str]:
     found: set[str] = set()
     for one in block:
         if isinstance(one, Set):
-            found.add(WORD.match(one.target)[0])  # type: ignore[index]
+            found.add(WORD.match(one.target)[0])  # type: ignore[index]  # a target begins with a word
         elif isinstance(one, Count):
             found.add(one.variable)
         found.update(*(writes(inner) for inner in blocks(one)))

@@ -113,9 +113,10 @@ class Table:
     @property
     def extent(self) -> tuple[int, int] | None:
         """Where it begins and how many numbers it has, if that is known."""
-        if self.step is not None or not self.at.is_known or not all(s is not None and s.is_known for s in self.sizes):
+        known = [s.value for s in self.sizes if s is not None and s.is_known]
+        if self.step is not None or not self.at.is_known or len(known) < len(self.sizes):
             return None
-        return self.at.value, int(np.prod([s.value for s in self.sizes]))  # type: ignore[union-attr]
+        return self.at.value, int(np.prod(known))
 
 
 def add(a: Number, b: Number, sign: int = 1) -> Number:

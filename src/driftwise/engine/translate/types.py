@@ -33,13 +33,13 @@ class View:
 class Struct:
     """A named tuple of this class."""
 
-    instance_class: type
+    instance_class: Any
     items: tuple[Any, ...]
 
     @property
     def names(self) -> tuple[str, ...]:
         """The names of its fields."""
-        return self.instance_class._fields  # type: ignore[attr-defined]
+        return self.instance_class._fields
 
 
 @dataclass(frozen=True)

@@ -259,8 +259,8 @@ class Unfold(Values):
         before, frame.pinned = frame.pinned, frame.pinned | pinned
         outer, self.block = self.block, []
         values = frame.values = dict(frame.values)
-        if counter is not None:
-            values[one.name] = counter if is_free else self.bind(frame, one.name, counter, pin=True)  # type: ignore[union-attr]
+        if isinstance(one, For) and counter is not None:
+            values[one.name] = counter if is_free else self.bind(frame, one.name, counter, pin=True)
         frame.loops, was, frame.returns_inside = frame.loops + 1, frame.returns_inside, False
         self.run(frame, one.body)
         frame.loops, frame.returns_inside = frame.loops - 1, was or frame.returns_inside
@@ -380,7 +380,7 @@ class Unfold(Values):
             unit.gives = function.result
             frame = Frame(function)
             for name, kind in function.params:
-                frame.values[name] = unit.storage(frame, name, kind)  # type: ignore[arg-type]
+                frame.values[name] = unit.storage(frame, name, kind)  # type: ignore[arg-type]  # numbers: `is_apart`
             inputs = list(frame.stored.values())
             unit.run(frame, function.body)
             self.functions[function.name] = unit, inputs, function

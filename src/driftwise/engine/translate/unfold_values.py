@@ -281,7 +281,7 @@ class Values(Operations):
         test = self.value(frame, node.args[0])
         if test.is_known:
             return self.value(frame, node.args[1 if test.value else 2], into)
-        target = self.target(node.type, into)  # type: ignore[arg-type]
+        target = self.target(node.type, into)  # type: ignore[arg-type]  # numbers alone are chosen
         ways = [self.way(target, frame, one) for one in node.args[1:]]
         self.block.append(Test(test.within(), *ways))
         return target

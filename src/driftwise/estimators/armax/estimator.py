@@ -101,7 +101,7 @@ class _Member(ARX):
             self.model, np.array(state["theta"]), s2 * self._theta_covariance(state), self.dt, noise_std
         )
 
-    def model_at(self, theta, P) -> PolynomialModel:  # type: ignore[override]
+    def model_at(self, theta, P) -> PolynomialModel:  # type: ignore[override]  # with the polynomials of noise
         """Return the model of a parameter vector and its covariance."""
         return PolynomialModel(self.model, theta, P, self.dt)
 

@@ -116,7 +116,7 @@ class Recursive(Posterior):
         return self.options["memory"]
 
     @property
-    def tells_what_changed(self) -> bool:  # type: ignore[override]
+    def tells_what_changed(self) -> bool:  # type: ignore[override]  # one that is worked out
         """Whether the slopes of its innovations can be had by its parameters: least squares and its kin."""
         return isinstance(self.policies[1], LeastSquares)
 

@@ -39,7 +39,7 @@ class Lags(NamedTuple):
 def with_lags(kind: Any) -> Any:
     """Return the named tuple of the same name that has the fields of `Lags`, then those of ``kind``."""
     fields = get_type_hints(Lags, include_extras=True) | get_type_hints(kind, include_extras=True)
-    made = namedtuple(kind.__name__, fields, module=kind.__module__)  # type: ignore[misc]
+    made = namedtuple(kind.__name__, fields, module=kind.__module__)  # type: ignore[misc]  # one of many
     made.__doc__, made.__qualname__, made.__annotations__ = kind.__doc__, kind.__qualname__, fields
     return made
 

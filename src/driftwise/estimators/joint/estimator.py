@@ -306,7 +306,7 @@ class Joint(FadingPosterior):
     # --- what else there is --------------------------------------------------------------------------------
 
     @property
-    def for_colour(self) -> str:  # type: ignore[override]
+    def for_colour(self) -> str:  # type: ignore[override]  # words that depend on options
         """What to try where the noise is not white."""
         is_free = isinstance(self.options["noise"], noises.UnknownPolynomial)
         return "a higher order" if is_free else "noise=UnknownPolynomial(), or a higher order"

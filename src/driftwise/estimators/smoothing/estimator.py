@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from ...engine import validation
@@ -14,6 +15,7 @@ class InHindsight:
 
     model: Any
     options: dict[str, Any]
+    scaled_to: Callable[..., Any]
 
     def smooth(
         self, y, u=None, *, drift="auto", hyper: Any = "ml", jumps: Any = "detect", lag=None, shared=False, time=None
@@ -91,7 +93,7 @@ class InHindsight:
         0.98 0.0110
         """
         found = look_back(self, y, u, drift="walk", jumps=None, shared=shared)
-        scaled: Any = self.scaled_to(y, u)  # type: ignore[attr-defined]
+        scaled = self.scaled_to(y, u)
         fit = found.fit
         q = fit.nvr * fit.s2 * fit.likelihood.unit / scaled._theta_units()
         memory = Drift(transition(self).tolist(), q.tolist())

@@ -15,7 +15,8 @@ from . import bank, learning, legs, linear, output, step
 
 UNKNOWN = 1e-6  # of the prior variance of a velocity, what plots take from it at least
 
-Remembering = NamedTuple("Remembering", [*step.Tracking.__annotations__.items(), ("ahead", float)])  # type: ignore
+FIELDS = *step.Tracking.__annotations__.items(), ("ahead", float)
+Remembering = NamedTuple("Remembering", FIELDS)  # type: ignore[misc]  # fields that are known at run time
 """The numbers of a tracker, and which states are kept: 0 those after each plot, 1 those before it."""
 
 

@@ -85,7 +85,7 @@ def _way(est, start, time, position, R, ahead: bool = False) -> Way:
     C, row = est.coordinates, start.copy()
     outs = np.empty((len(time), est.n_columns + remembered.told(C) * remembered.each(C)))
     height, width = step.room(C)
-    task = remembered.Remembering(*est.task, float(ahead))  # type: ignore[call-arg]
+    task = remembered.Remembering(*est.task, float(ahead))  # type: ignore[call-arg]  # fields of two
     rows, room, R = np.column_stack([time, position]), np.empty((height + 1, width)), np.array(R, order="C")
     compile.passage(remembered.Remembering)(rows, R, room, outs, row, flatten([task]))
     return Way(outs, row)
