@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
@@ -11,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from ..engine.errors import InputError, brief
-from ..results.sentences import SOMETHING, alarm_words
 from .board import EventView
 from .choosing import Choice, Choosing
 from .config import Config
@@ -26,7 +24,6 @@ from .sender_clock import beyond_words
 from .series import Series, keys_of
 from .sources.base import Parcel
 from .store.base import Change, Member, Store, StoreFull
-from .watch import words
 
 UNWRITABLE = re.compile("[\0\ud800-\udfff]")
 REASONS = 20  # last reasons of refusals that are kept
@@ -221,7 +218,6 @@ class Core:
         members = self.roster.members[group]
         slots = np.array([members[code] for code in taken.at.tolist()], np.int64)
         level = rows.intake.levels[0][taken.at, 0]
-        events: list[tuple[float, int, str, str, float | None]] = []
         found = np.empty((len(slots), WIDTH))
         found[:, 0], found[:, 1], found[:, 2] = (
             self.picture.columns["number"][slots],
@@ -234,17 +230,7 @@ class Core:
         for i, theta, std in shown.points:
             one = [np.full(len(theta), value) for value in (found[i, 0], found[i, 1], group)]
             self._past.append(np.column_stack([*one, np.arange(len(theta)), theta, std]))
-        seen = shown.events
-        for i, at in enumerate(shown.events_at):
-            odds, text, name = float(seen.statistic[i]), seen.text[i], seen.parameter[i]
-            if name and len(rows.drift.parameters) > 1:  # so soon the detector can only guess which it was
-                text = alarm_words(f"{SOMETHING}, perhaps {name}", odds, float(seen.since[i]))
-            known = None if math.isnan(odds) else odds
-            events.append((float(seen.time[i]), members[at], seen.kind[i].lower(), text, known))
-        told = words(rows.watch.least)
-        for i in np.flatnonzero(shown.signs).tolist():
-            events.append((float(taken.time[i]), int(slots[i]), *told[float(shown.signs[i])], None))
-        events += [(one.time, int(slots[i]), "drift", one.text, None) for i, one in shown.drifts]
+        events = [(time, members[code], kind, text, odds) for code, time, kind, text, odds in rows.alarms(shown)]
         for i in np.flatnonzero(shown.fits).tolist():
             series, u = self.roster.at(int(slots[i])), taken.us[i] + rows.intake.levels[1][taken.at[i]]
             if shown.fits[i] == ASKED:
@@ -263,15 +249,10 @@ class Core:
 
     def silent(self, now: float) -> list[EventView]:
         """Return the series of which nothing has come for as long as was said, as events."""
-        columns = self.picture.columns
-        is_late = (columns["silence"] > 0) & (columns["is_lost"] == 0) & (columns["heard"] > 0)
-        is_late &= now - columns["heard"] > columns["silence"]
-        events = []
-        for slot in np.flatnonzero(is_late).tolist():
-            columns["is_lost"][slot] = 1.0
-            text = f"{UNHEARD} for {columns['silence'][slot]:g} s"
-            events.append(self.tell(self.roster.at(slot), now, "lost", text))
-        return events
+        return [
+            self.tell(self.roster.at(slot), now, "lost", f"{UNHEARD} for {silence:g} s")
+            for slot, silence in self.picture.lose(now)
+        ]
 
     def shown(self) -> list[tuple]:
         """Return the last sample of each series that was in the last commit: key and numbers."""
@@ -406,12 +387,5 @@ class Core:
         for past, table in ((self.history, "recent"), (self.past, "past")):
             for number, blob in self.store.recent(table):
                 past.add(number, blob)
-        known = self.roster.by_number
-        parts = [rows[np.array([one in known for one in rows[:, 0].tolist()], bool)] for _, rows in self.history.recent]
-        slots = [np.array([known[one].slot for one in rows[:, 0].tolist()], np.int64) for rows in parts]
-        for at in slots:
-            np.subtract.at(self.picture.columns["count"], at, 1.0)
-        for at, rows in zip(slots, parts):
-            order = np.argsort(at, kind="stable")
-            edges = np.flatnonzero(np.append(True, np.diff(at[order]) != 0))
-            self.picture.take(at[order], rows[order], np.append(edges, len(at)))
+        slots = {number: series.slot for number, series in self.roster.by_number.items()}
+        self.picture.recall([rows for _, rows in self.history.recent], slots)

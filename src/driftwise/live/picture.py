@@ -73,6 +73,24 @@ class Picture:
             self.columns[name][series] = rows[ends, i]
         self.columns["revision"][series] = self.revision
 
+    def recall(self, parts: list[np.ndarray], slots: dict[int, int]) -> None:
+        """Show samples again that were counted before, (n, 6) each; ``slots`` are those of series by number."""
+        parts = [rows[np.array([one in slots for one in rows[:, 0].tolist()], bool)] for rows in parts]
+        places = [np.array([slots[one] for one in rows[:, 0].tolist()], np.int64) for rows in parts]
+        for at in places:
+            np.subtract.at(self.columns["count"], at, 1.0)
+        for at, rows in zip(places, parts):
+            order = np.argsort(at, kind="stable")
+            edges = np.flatnonzero(np.append(True, np.diff(at[order]) != 0))
+            self.take(at[order], rows[order], np.append(edges, len(at)))
+
+    def lose(self, now: float) -> list[tuple[int, float]]:
+        """Return the slots of which nothing has come for as long as was said, and for how long; they are lost now."""
+        silence, is_lost, heard = (self.columns[name] for name in ("silence", "is_lost", "heard"))
+        late = np.flatnonzero((silence > 0) & (is_lost == 0) & (heard > 0) & (now - heard > silence))
+        is_lost[late] = 1.0
+        return [(slot, float(silence[slot])) for slot in late.tolist()]
+
     def line(self, slot: int) -> tuple[float, ...]:
         """Return the last outputs of a series, oldest first."""
         count = int(self.columns["count"][slot])

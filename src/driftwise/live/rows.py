@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, NamedTuple
 
@@ -16,10 +17,11 @@ from ..fleet.fleet import Fleet, check_learns
 from ..fleet.intake import Intake, Taken
 from ..fleet.samples import Samples, rank_of, starts_of
 from ..fleet.store import settings
+from ..results.sentences import SOMETHING, alarm_words
 from ..results.snapshot import rebuild
 from .drift import LOOK, Drift, Drifting
 from .fit import Fit
-from .watch import Watch
+from .watch import Watch, words
 
 MINUTE = 60.0  # s after which the parameters of a series are noted again
 
@@ -121,6 +123,20 @@ class Rows:
                 looked = self.drift.look(row, int(sample[i]), float(taken.time[i]), theta, std)
                 drifts += [(i, one) for one in looked]
         return drifts, points
+
+    def alarms(self, shown: Shown) -> list[tuple[int, float, str, str, float | None]]:
+        """Return what detectors, `Watch` and `Drift` tell of it: code of the series, time, kind, sentence, log odds."""
+        seen, at, found = shown.events, shown.taken.at, []
+        for i, code in enumerate(shown.events_at):
+            odds, text, name = float(seen.statistic[i]), seen.text[i], seen.parameter[i]
+            if name and len(self.drift.parameters) > 1:  # so soon the detector can only guess which it was
+                text = alarm_words(f"{SOMETHING}, perhaps {name}", odds, float(seen.since[i]))
+            known = None if math.isnan(odds) else odds
+            found.append((code, float(seen.time[i]), seen.kind[i].lower(), text, known))
+        told = words(self.watch.least)
+        for i in np.flatnonzero(shown.signs).tolist():
+            found.append((int(at[i]), float(shown.taken.time[i]), *told[float(shown.signs[i])], None))
+        return found + [(int(at[i]), one.time, "drift", one.text, None) for i, one in shown.drifts]
 
     # --- keeping -------------------------------------------------------------------------------------------
 

@@ -10,6 +10,7 @@ import driftwise as dw
 from driftwise.analysis.laws import example
 from driftwise.engine import compile
 from driftwise.engine.dispatch import flatten
+from driftwise.engine.order import smallest
 from driftwise.estimators.model_average import step
 
 MEMBERS = [dw.ARX(1, 1), dw.ARX(2, 2, memory=dw.ExponentialForgetting(0.98)), dw.AR(1)]
@@ -185,4 +186,4 @@ def test_the_quartile_is_the_one_that_stands_there_in_order(n):
     rng = np.random.default_rng(n)
     for x in (rng.standard_normal(n), np.round(rng.standard_normal(n)), np.arange(1.0 * n), np.zeros(n)):
         for at in {0, (n - 1) // 2, 3 * (n - 1) // 4, n - 1}:
-            assert step.smallest(x.copy(), n, at) == np.sort(x)[at]
+            assert smallest(x.copy(), n, at) == np.sort(x)[at]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
@@ -29,6 +28,7 @@ from .beforehand import at_the_start, check_numbers
 from .identifiability import unlearnt
 from .jump_fit import Jumping, resolve_jumps
 from .row import GREY_BOX, GREY_SAMPLE, SCRATCH, GreyBoxForm
+from .simulated import Simulated
 from .smoothed import GreyBoxSmoothed
 from .start import Starting, resolve_start
 from .summary import GreyBoxSummary
@@ -40,7 +40,7 @@ METHODS = "joint", "rpem"
 COUNTED = 2.0  # alpha and beta of sigma^2, where it is learnt about a noise that is known to begin with
 
 
-class GreyBox(Observer):
+class GreyBox(Simulated, Observer):
     """Named physical parameters of a plant in formulas, with their units and bars, on-line, beside its state.
 
         x' = f(x, u, theta) + w   (or the next x),        y = h(x, u, theta) + v
@@ -202,50 +202,7 @@ class GreyBox(Observer):
             state["counts"][..., COUNT], state["chi2"] = 2 * self.scale.alpha, 2 * self.scale.beta
         return state
 
-    @cached_property
-    def names(self) -> list[str]:
-        """Names of the parameters, in the order of ``state["theta"]``."""
-        return self.formulas.names
-
-    @cached_property
-    def bare(self) -> GreyBox:
-        """The same filter of one thing that is known: no start, memory, gate or scale, noise as a state says."""
-        outputs = tuple(replace(one, noise=one.noise or 1.0) for one in self.formulas.outputs_)
-        return GreyBox(replace(self.formulas, outputs_=outputs), method=self.options["method"], start=None, dt=self.dt)
-
     # --- running -------------------------------------------------------------------------------------------
-
-    def simulate(self, u=None, parameters=None, *, samples: int | None = None, x0=None, time=None, noise=None, seed=0):
-        """Return outputs (T,) or (T, p) of the plant with given parameters and inputs that are held, and noise.
-
-        Parameters
-        ----------
-        u : (T,) or (T, k) inputs; omitted where there are none
-        parameters : numbers by name, in their units; others are at their start
-        samples : T, where there are no inputs
-        x0 : (n,) state at first; the start's if omitted
-        time : (T,) instants in seconds; steps of dt if omitted
-        noise : deviation of each output's noise; what the formulas say, or none, if omitted
-        seed : of the noise
-        """
-        n, p = self.model.n, self.model.outputs
-        u = validation.inputs_to_come(u, samples, self.model.inputs)
-        state = self.bare.start()
-        state["theta"], state["D"] = self.transformed(parameters), 0.0
-        state["x"] = self._s0[:n] if x0 is None else validation.vector("x0", np.atleast_1d(x0), n)
-        nothing = np.full((len(u), p) if self.outputs else len(u), np.nan)
-        given = u if self.model.inputs else None
-        y = self.bare.scan(nothing, given, state=state, time=time, keep="innovations").prediction
-        stated = [one.noise or 0.0 for one in self.formulas.outputs_] if noise is None else noise
-        std = validation.each("noise", stated, p)
-        v = std * np.random.default_rng(seed).standard_normal((len(u), p))
-        return y + (v if self.outputs else v[:, 0])
-
-    def likely(self, rng) -> dict[str, float]:
-        """Return parameters in their units by name, drawn from what is believed beforehand, half as wide."""
-        n = self.model.n
-        theta = self._s0[n:] + 0.5 * np.sqrt(np.diag(self.prior_covariance))[n:] * rng.standard_normal(len(self.names))
-        return dict(zip(self.names, to_units(self.formulas.free, theta)[0].tolist()))
 
     def predict(self, state, u=None, horizon: int | None = None, *, time=None) -> tuple[np.ndarray, np.ndarray]:
         """Return mean and standard deviation, (h,) or (h, p), of the next h outputs, given the inputs to come.
@@ -261,18 +218,6 @@ class GreyBox(Observer):
         nothing = np.full((len(u), self.outputs) if self.outputs else len(u), np.nan)
         ahead = self.scan(nothing, u if self.model.inputs else None, state=state, keep="innovations", time=time)
         return ahead.prediction, np.sqrt(ahead.variance)
-
-    def transformed(self, parameters=None) -> np.ndarray:
-        """Return numbers by name, in their units, as they are estimated; others are at their start."""
-        found, known = self._s0[self.model.n :].copy(), parameters or {}
-        for name, value in known.items():
-            if name not in self.names:
-                raise InputError(f"{name!r} is none of the parameters: they are {', '.join(self.names)}")
-            found[self.names.index(name)] = transformed(self.formulas.free[self.names.index(name)], value)
-        if not np.isfinite(found).all():
-            bad = self.names[int(np.argmin(np.isfinite(found)))]
-            raise InputError(f"{bad} = {known[bad]!r} is not within its bounds")
-        return found
 
     def _instants(self, time, samples, state) -> np.ndarray:
         """Return the instants of samples; a stream's next one has a short way in."""

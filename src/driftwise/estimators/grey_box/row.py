@@ -7,7 +7,7 @@ from typing import NamedTuple
 from ...engine.dispatch import Size, Vector, kernel, open_scratch
 from ...engine.layout import Field, Layout, each, joined, numbers, policy
 from ..common.columns import SAMPLE
-from ..common.given_state import COUNTS, room_size
+from ..common.given_state import COUNTS, open_room, room_size
 from ..state_space.row import CHI2, HEAD, OBSERVED, READY, SAMPLES, SCORE, STATUS, TIME  # noqa: F401
 from .colour import KEPT, LEVELS, WEIGHTS
 
@@ -126,3 +126,9 @@ GREY_SAMPLE = SAMPLE.replace(
         taken_variance="its squared scale",
     ),
 )
+
+
+@kernel
+def room_of(form, scratch):
+    """Return where the memory, or the detector, sees the parameters alone."""
+    return open_room(scratch.room, has_room(form) * int(form.n), has_room(form) * int(form.m))

@@ -13,7 +13,6 @@ from ...detect.gate import admit, count_rejections
 from ...detect.watch import SINCE as SINCE_OF
 from ...detect.watch import STATISTIC as STATISTIC_OF
 from ...detect.watch import WHICH as WHICH_OF
-from ...engine.dense import at
 from ...engine.dispatch import advance, kernel, rare, watch
 from ...engine.elementary import log
 from ...engine.status import (
@@ -27,10 +26,7 @@ from ...engine.status import (
 )
 from ...engine.ud import (
     covariances,
-    entry,
-    factor_within,
     measurement_update,
-    orthogonalise,
     predicted_variance,
     project,
     variance,
@@ -45,7 +41,6 @@ from ..common.given_state import (
     WEIGHT,
     adapt_given_state,
     begin_given_state,
-    open_room,
     pass_time_given_state,
     separate,
     sigma2_of_few,
@@ -58,15 +53,13 @@ from .colour import add_output, take_colour
 from .gain_slopes import (
     differentiate_gain,
     differentiate_outputs,
-    differentiate_step,
     find_slopes,
     is_wanted,
     move_with_gain,
-    pass_slopes,
 )
-from .row import GreyBoxForm, has_room
+from .predict import predict
+from .row import GreyBoxForm, room_of
 from .transform import LOGISTIC, in_units
-from .transition import is_number, step_plant
 
 BENDS = 0.5  # of one deviation of a parameter what a record bends over it, from which bars are not believed
 TURNS = 6  # how often formulas are taken anew where an output is taken in, if they bend
@@ -74,12 +67,6 @@ FAR_OFF = 9.0  # squared deviations of a surprise that moves logarithms beyond w
 # Of drawn plants whose inputs rest while the start is fitted, 9 and 6 hold most parameters within their bars: of 4, 9,
 # 25 and never, and of 2, 3, 6 and 12 turns.
 FAR, STEEP, LONG = 4.0, 4.0, 50.0  # deviations from the prior, or on the logistic scale, that are its edge; samples
-
-
-@kernel
-def room_of(form, scratch):
-    """Return where the memory, or the detector, sees the parameters alone."""
-    return open_room(scratch.room, has_room(form) * int(form.n), has_room(form) * int(form.m))
 
 
 @kernel
@@ -110,64 +97,6 @@ def begin_memory(form, memory, s, state, scratch):
         begin_given_state(memory, state.memory_state, s, state.U, state.D, room_of(form, scratch))
     else:
         begin(memory, state.memory_state, view_of(form, s, state, scratch, 1.0, math.nan))
-
-
-# --- from one sample to the next ----------------------------------------------------------------------------
-
-
-@kernel
-def factor_noise(scratch):
-    """Fill the factors of Q."""
-    for j in range(scratch.Dq.size):
-        for i in range(j + 1):
-            scratch.packed[at(i, j)] = scratch.Q[i, j]
-    factor_within(scratch.packed, scratch.Uq, scratch.Dq)
-
-
-@kernel
-def predict(form, plant, seconds, s, state, scratch):
-    """Take state and covariance so many seconds on; return a status."""
-    n, m, U, D, J, Y = int(form.n), 0, state.U, state.D, scratch.J, scratch.Y
-    for j in range(int(form.m)):
-        m = int(form.m) if D[n + j] > 0.0 else m  # where all parameters are known nothing depends on them
-    if is_wanted(form, D) > 0.0:
-        find_slopes(form, state, room_of(form, scratch))
-        differentiate_step(form, plant, seconds, s, state, room_of(form, scratch), scratch)
-    in_units(form, s[n:], scratch.values, scratch.rates)
-    status = step_plant(form, plant, s[:n], state.held, seconds, m, scratch)
-    if not is_number(m, scratch):
-        return UNDEFINED
-    if form.walks > 0.0:
-        factor_noise(scratch)
-    if is_wanted(form, D) > 0.0:
-        pass_slopes(form, state, scratch)
-    # U_x,theta <- F U_x,theta + S U_theta,theta
-    for c in range(n, n + m):
-        column = U[c * (c - 1) // 2 :]
-        for i in range(n):
-            total = J[i, c] * scratch.rates[c - n]
-            for l in range(n):
-                total += J[i, l] * column[l]
-            for j in range(n, c):
-                total += J[i, j] * scratch.rates[j - n] * column[j]
-            scratch.dx[i] = total
-        for i in range(n):
-            column[i] = scratch.dx[i]
-    # U_xx D_x U_xx' <- F U_xx D_x U_xx' F' + Q (Thornton)
-    for i in range(n):
-        s[i] = scratch.next[i]
-        scratch.weight[i] = D[i]
-        scratch.weight[n + i] = scratch.Dq[i] if form.walks > 0.0 else 0.0
-        first = 0
-        for j in range(n):
-            Y[i, j] = J[i, j]
-            for l in range(j):
-                Y[i, j] += J[i, l] * U[first + l]
-            first += j
-            Y[i, n + j] = entry(scratch.Uq, i, j) if i <= j and form.walks > 0.0 else 0.0
-    columns = 2 * n if form.walks > 0.0 else n
-    orthogonalise(Y, scratch.weight, scratch.g, n, columns, U, D, False)
-    return status
 
 
 # --- outputs ------------------------------------------------------------------------------------------------

@@ -33,10 +33,10 @@ from ...engine.dispatch import kernel, pass_over
 from ...engine.elementary import exp, log, square
 from ...engine.layout import Field, Layout, each, numbers
 from ...engine.normal import ROOT_2PI
-from ...engine.order import smallest
 from ...engine.status import BAD_VALUE, MISSING_OUTPUT
 from .across import ACROSS, FAR, LENGTHS, UNTRIED, across_gap, follow_noise, judge_across, known, proven, within
 from .blend import regret_of, trust, usual, weigh
+from .variances import VARIANCES, disagreement, learn_variances, variances_of
 
 NAIVE = ("last value", "straight line", "mean")
 FAST = tuple(4.0**k for k in range(-2, 6))  # scales of the tails, in s
@@ -53,13 +53,7 @@ VAGUE = 100.0  # times the variance of y about its mean: a member that claims mo
 UNSURE = 16.0  # times the least variance that anyone claims, over eta: in the prediction, who claims more is not heard
 TINY, ABSURD = 1e-12, 1e60  # of y_scale^2 the least variance; of y_scale what no y can be
 LONG_MEMORY, SETTLE = 1000.0, 60  # samples of the long-run mean, and those it leaves out at first
-DOUBT = (1e-4, 0.003, 0.3, 0.03)  # d_k: what members' disagreement counts; the last is beside the long-run mean of e^2
-HASTY = (2.0, 2.0, 2.0, 1.0)  # m_k, over that of the tails
-VARIANCES = len(DOUBT)
-MOST_WIDTH, LEAST_WIDTH = 1000.0, 0.02  # most that one e^2/v counts; the least c
-WORTH, LEAST_WORTH = 0.05, 1e-30  # r; of all together, so that none is lost for ever
-PATIENCE = 4  # samples after which it is asked who is likelier
-LEAST_SHARE, FARTHEST = 1e-60, 1e30  # of one v beside the variance told; of D, in y_scale^2
+FARTHEST = 1e30  # of D, in y_scale^2
 YOUNG, TENTH = 10.0, 0.1  # tails remember 10 samples and a tenth of the record, up to their full memory
 
 
@@ -252,42 +246,6 @@ def base_of(mu, claims, w, mean, floor):
         if w[i] > 0.0:
             base += w[i] * (max(claims[i], floor) + square(mu[i] - mean))
     return max(base, floor)
-
-
-@kernel
-def disagreement(mu, prediction, far):
-    """Return the upper quartile of the squared distances of members from the prediction, the lower one of two."""
-    n = 0
-    for i in range(mu.size):
-        far[n] = square(mu[i] - prediction)
-        n += 1 if math.isfinite(far[n]) else 0
-    return smallest(far, n, 3 * (n - 1) // 4) if n > 0 else 0.0
-
-
-@kernel
-def variances_of(base, long, far, floor, width, worth, v):
-    """Fill v, the variances that the prediction may have beside members that are so far from it; return their mean."""
-    mean = 0.0
-    for k in range(VARIANCES):
-        v[k] = width[k] * max((long if k == VARIANCES - 1 else base) + DOUBT[k] * far, floor)
-        mean += worth[k] * v[k]
-    return mean
-
-
-@kernel
-def learn_variances(seen, e2, variance, v, tails, width, worth, gained, volume, scores):
-    """Let each follow the squared errors; every so many samples, the likelier ones win."""
-    per_variance, gain = 1.0 / variance, 1.0 / tails
-    for k in range(VARIANCES):
-        z2 = min(e2 / v[k], MOST_WIDTH)
-        gained[k] += z2
-        volume[k] *= max(v[k] * per_variance, LEAST_SHARE)
-        width[k] = max(width[k] * (1.0 + HASTY[k] * gain * (z2 - 1.0)), LEAST_WIDTH)
-    if int(seen) % PATIENCE == 0:
-        for k in range(VARIANCES):
-            scores[k] = -WORTH * (gained[k] + log(volume[k]))
-            gained[k], volume[k] = 0.0, 1.0
-        weigh(worth, scores, 1.0, LEAST_WORTH)
 
 
 @kernel
