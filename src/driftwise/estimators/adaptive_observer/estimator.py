@@ -3,18 +3,13 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
-from ...detect.gate import InnovationGate
 from ...engine import validation
 from ...engine.errors import InputError
-from ...memory.constant import Constant
 from ...models.equation import Equation
-from ...models.scale import InverseGamma
 from ..arx.recursive import Recursive
-from ..common.settings import arguments
 from .step import Filtered
 
 LONGEST = 100_000  # samples that the filter is waited for
@@ -40,7 +35,8 @@ class AdaptiveObserver(Recursive):
         Poles of the observer, inside the unit circle, complex ones with their conjugates; one number: n of it.
     inputs : int
         Number of inputs, each delayed by a sample.
-    memory, gate, offset, variance, scale, missing, at_rest, theta0, P0, y_scale, u_scale, dt : as in `ARX`
+    **options
+        memory, gate, offset, variance, scale, missing, at_rest, theta0, P0, y_scale, u_scale and dt, as in `ARX`.
 
     Raises
     ------
@@ -65,40 +61,25 @@ class AdaptiveObserver(Recursive):
     ((2,), (2, 2))
     """
 
-    def __init__(
-        self,
-        order: int = 2,
-        poles=0.5,
-        inputs: int = 1,
-        *,
-        memory: Any = Constant(),
-        gate: InnovationGate | None = None,
-        offset: bool = False,
-        variance: float | None = None,
-        scale: InverseGamma | None = None,
-        missing: str = "predict",
-        at_rest: bool = False,
-        theta0=None,
-        P0=None,
-        y_scale: float = 1.0,
-        u_scale=1.0,
-        dt: float = 1.0,
-    ):
-        self.options = arguments(locals())
-        if isinstance(poles, np.ndarray):
-            self.options["poles"] = poles.tolist()
+    def __init__(self, order: int = 2, poles=0.5, inputs: int = 1, **options):
+        super().__init__(**options)
+        given = poles.tolist() if isinstance(poles, np.ndarray) else poles
+        self.options = {"order": order, "poles": given, "inputs": inputs, **self.options}
         n, k = validation.count("order", order, least=1), validation.count("inputs", inputs)
-        self.model = Equation(n, (n,) * k, (1,) * k, validation.yes("offset", offset))
+        offset = validation.yes("offset", self.options["offset"])
+        self.model = Equation(n, (n,) * k, (1,) * k, offset)
         self.filter = _polynomial(poles, n)
-        R = validation.size("y_scale", y_scale) ** 2 if variance is None else validation.positive("variance", variance)
         self._prepare(
             Filtered(
                 N=0.0, na=1.0, inputs=k, deep=1.0, registers=(1 + k) * n * (1 + n), memory_size=0.0,
                 detector_size=0.0, missing=0.0,
-                settle=0.0, fill=_fading(self.filter), offset=float(offset), mixture_columns=0.0, noise=R,
+                settle=0.0, fill=_fading(self.filter), offset=float(offset), mixture_columns=0.0, noise=0.0,
                 lam=self.filter[1:],
             ), n
         )  # fmt: skip
+
+    def _kernel_form(self, form, R, memory) -> Filtered:
+        return form._replace(noise=R)
 
     @cached_property
     def _shapes(self) -> np.ndarray:

@@ -22,7 +22,7 @@ from ...models.scale import InverseGamma, resolve_scale
 from ..algebraic_start.start import AlgebraicStart, prepare
 from ..common.fading import FadingPosterior
 from ..common.memories import forgets_state, memory_of_joint, prior_of_parameters, watch_of_joint
-from ..common.priors import WIDTH, covariance_of, factors_of, in_order, users
+from ..common.priors import WIDTH, covariance_of, factors_of, mean_of
 from ..common.settings import arguments, floor_of
 from . import step as _step  # noqa: F401  (registers the step)
 from .row import JOINT, Form, scratch_size
@@ -185,13 +185,11 @@ class Joint(FadingPosterior):
         """Set mean and factors of the prior; return the kernel's noise, which may wait for its part of it."""
         N, n, back = self.model.N, self.model.n, self.model.salut
         c = slice(n * (self.model.blocks - 1), n * self.model.blocks) if self.model.coloured else slice(0)
-        mean = np.zeros(N)
         names = [*self.model.state_names, *self.model.names]
-        if s0 is not None:
-            mean = validation.vector("s0", in_order("s0", s0, users(back, names), mean), N)
-        elif self.model.coloured and noise.d is not None:
-            mean[c] = noises.coefficients(noise.d, n)
-        self._s0 = mean[back]
+        if s0 is None and self.model.coloured and noise.d is not None:
+            s0 = np.zeros(N)
+            s0[c] = noises.coefficients(noise.d, n)
+        self._s0 = mean_of("s0", s0, back, names)
         P = covariance_of(P0, back, np.concatenate([np.full(n, self.y_scale**2), units]), names)
         if P0 is None and self.model.coloured and not is_relative:
             P[c, c] = noise.std**2 * np.eye(n)
