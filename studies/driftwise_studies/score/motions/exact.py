@@ -29,11 +29,11 @@ from driftwise.results.bands import normal_score
 from .bound import EDGES
 from .drawing import asked, draw
 from .errors import Errors, alike, known, measure
-from .field import number, table
+from .field import number, of_kinds, table
 from .jets import alone
 from .laws import ACROSS, STRAIGHT, Law, Legs, halt, move
 from .measured import FIRST
-from .scene import ALONE, KINDS, Scene
+from .scene import ALONE, Scene
 from .simulation import Seen, simulate
 
 WORK = 600_000  # particles times plots of a track ..
@@ -224,7 +224,7 @@ def report(found: list[Found]) -> str:
     """Return the table: by number of plots, by trouble, by class."""
     parts = {f"{a} to {b - 1} plots": [f for f in found if a <= f.plots < b] for a, b in pairwise(EDGES)}
     parts |= {f"with {t}": [f for f in found if t in f.scene.troubles] for t in ALONE}
-    parts |= {name: [f for f in found if f.scene.name == name] for name in KINDS}
+    parts |= of_kinds(found)
     rows = [line("all", found)] + [line(words, some) for words, some in parts.items() if some]
     kept = [f for f in found if f.means[1] <= LOST]
     score = np.average([f.means[1] for f in kept], weights=[f.plots for f in kept])

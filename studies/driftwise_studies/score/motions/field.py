@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -129,11 +130,15 @@ def by_trouble(found: list[Found]) -> str:
     return table(rows)
 
 
+def of_kinds(found: list[Any]) -> dict[str, list[Any]]:
+    """Return what was found of the scenes of each class, by its name."""
+    return {name: [f for f in found if f.scene.name == name] for name in KINDS}
+
+
 def by_kind(found: list[Found], has_all: bool = False) -> str:
     """Return the table of each class of objects, after a row of all if so asked."""
-    parts = [("all", found)] if has_all else []
-    parts += [(name, [f for f in found if f.scene.name == name]) for name in KINDS]
-    return table([Total(some).row(name) for name, some in parts if some])
+    parts = ({"all": found} if has_all else {}) | of_kinds(found)
+    return table([Total(some).row(name) for name, some in parts.items() if some])
 
 
 def by_rate(found: list[Found]) -> str:
