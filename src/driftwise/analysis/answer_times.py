@@ -26,7 +26,8 @@ class Span(NamedTuple):
 class Slowed(NamedTuple):
     """Of which input the answer is told, how long it takes before and after, and how much longer it became.
 
-    ``input`` is -1 where of none both are known: then only the factor of all time constants, with its interval, is.
+    ``input`` is -1 where of none both are known: then only the factor of all time constants, with its interval, is; or
+    of the slowest alone.
     """
 
     input: int
@@ -34,6 +35,7 @@ class Slowed(NamedTuple):
     after: Span | None
     factor: float
     interval: tuple[float, float]
+    is_alone: bool
 
 
 def slowed_by(now: Response, j: int) -> Slowed:
@@ -43,13 +45,14 @@ def slowed_by(now: Response, j: int) -> Slowed:
     every, P = np.concatenate([np.arange(own), speeds]), covariance(now)
     v = float(now.theta[speeds[j]])
     if not np.isfinite(P).all():
-        return Slowed(-1, None, None, math.exp(-v), (0.0, math.inf))
+        return Slowed(-1, None, None, math.exp(-v), (0.0, math.inf), now.is_alone)
     std = math.sqrt(P[speeds[j], speeds[j]])
-    factor = Slowed(-1, None, None, math.exp(-v), (math.exp(-v - NORMAL_95 * std), math.exp(-v + NORMAL_95 * std)))
+    between = math.exp(-v - NORMAL_95 * std), math.exp(-v + NORMAL_95 * std)
+    factor = Slowed(-1, None, None, math.exp(-v), between, now.is_alone)
     drawn = now.theta[every] + np.vstack([np.zeros(len(every)), deviations(P[np.ix_(every, every)], DRAWS)])
     a, b = polynomials(now, drawn[:, :own])
     k = [piece.first for piece in now.stretches].index(now.speeds[j])
-    stretches = [pieces(one, now.speeds, values) for one, values in zip(a, drawn[:, own:])]
+    stretches = [pieces(one, now.speeds, values, now.is_alone) for one, values in zip(a, drawn[:, own:])]
     before, after = (answers(np.array([each[m].a for each in stretches]), b) for m in (k - 1, k))
     endless, best, least = without_end(now, P), factor, math.inf
     for i, pair in enumerate(zip(before, after)):

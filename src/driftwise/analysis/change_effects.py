@@ -10,9 +10,10 @@ import numpy as np
 from ..models.filtering import filter_rows, linear_filter
 from .response import Response
 from .response_record import delayed
-from .speeds import passed
+from .speeds import is_slowest, passed
 
 LEVEL, GAIN, SPEED = "level", "gain", "speed"
+EVERY, SLOWEST = 0, 1  # of a speed, in the place of the input of a gain: all modes, or the slowest alone
 NUMBERS = {LEVEL: 1, GAIN: 2, SPEED: 1}  # of a change: a gain has the point about which it turns
 
 
@@ -22,8 +23,22 @@ def kinds(now: Response) -> list[tuple[str, int]]:
 
 
 def ways(now: Response) -> list[tuple[str, int]]:
-    """Return the same with how fast it answers, all gains as they are."""
-    return [*kinds(now), *([(SPEED, 0)] if len(now.a) and len(now.b) else [])]
+    """Return the same with how fast it answers, all gains as they are: all modes of it, or the slowest alone."""
+    if not len(now.a) or not len(now.b):
+        return kinds(now)
+    if now.speeds:
+        return [*kinds(now), (SPEED, speed_of(now))]
+    return [*kinds(now), (SPEED, EVERY), *([(SPEED, SLOWEST)] if has_others(now) else [])]
+
+
+def has_others(now: Response) -> bool:
+    """Whether a response has modes beside its slowest, or the slowest pair."""
+    return not is_slowest(abs(np.roots(now.denominator))).all()
+
+
+def speed_of(now: Response) -> int:
+    """Return which speed of a response changes: of all modes, or of the slowest alone."""
+    return SLOWEST if now.is_alone else EVERY
 
 
 def effects(now: Response, kind: str, i: int, places) -> list[np.ndarray]:
@@ -37,7 +52,7 @@ def effects(now: Response, kind: str, i: int, places) -> list[np.ndarray]:
         return [later(now, step, places)]
     since = np.arange(len(step)) >= places
     if kind == SPEED:
-        return [now.whitened(passed(now.stretches, now.faster() * since, is_held=False))]
+        return [now.whitened(passed(now.stretches, now.faster(i == SLOWEST) * since, is_held=False))]
     own = now.whitened(now.answered(now.drives[i] * since))
     if now.speeds:  # what comes of one place is not shifted to another
         return [own, now.whitened(now.answered(since.astype(float)))]
@@ -71,7 +86,7 @@ def scanner(now: Response, kind: str, i: int, r) -> Callable[[np.ndarray], np.nd
     of_step, squared = filter_rows(F, steps, targets), step * step
     of_input = None
     if kind != LEVEL:
-        of_input = driven_from(now, now.faster() if kind == SPEED else now.drives[i], targets, power, step)
+        of_input = driven_from(now, now.faster(i == SLOWEST) if kind == SPEED else now.drives[i], targets, power, step)
 
     def scanned(places) -> np.ndarray:
         if of_input and kind == SPEED:

@@ -105,11 +105,17 @@ def faster_or_slower(found: Slowed, inputs, table=None) -> str:
     """Return how much longer, or less long, a plant takes to answer, as a phrase; ``table`` says how long that is."""
     way, (low, high) = "slower" if found.factor > 1 else "faster", found.interval
     if found.before is None or found.after is None:
-        return f"the plant became {way}, its time constants {found.factor:.3g} times as long ({low:.3g} to {high:.3g})"
+        return f"{became(way, found.is_alone, found.factor)} ({low:.3g} to {high:.3g})"
     after, before = (_span(one, table) for one in (found.after, found.before))
     return (
         f"the plant became {way}: 63 % of the answer to a step of {inputs[found.input]} took {after}, before {before}"
     )
+
+
+def became(way: str, is_alone: bool, factor: float) -> str:
+    """Return that all time constants of a plant, or the slowest alone, are another."""
+    which = "slowest time constant" if is_alone else "time constants"
+    return f"the plant became {way}, its {which} {factor:.3g} times as long"
 
 
 def _span(span, table) -> str:
@@ -150,7 +156,7 @@ def moved(jump: Jump, inputs) -> str:
     """Return what jumped, as a phrase."""
     a, b = jump.before, jump.after
     if jump.kind == SPEED:
-        return f"the plant became {'slower' if b > a else 'faster'}, its time constants {b / a:.3g} times as long"
+        return became("slower" if b > a else "faster", jump.is_alone, b / a)
     if jump.kind == LEVEL:
         return f"the level {'rose' if b > a else 'fell'} by {abs(b - a):.3g}"
     if jump.kind == GAIN and jump.input == ALL:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from .change_effects import GAIN, LEVEL, SPEED, ways
+from .change_effects import GAIN, LEVEL, SLOWEST, SPEED, has_others, ways
 from .change_places import LONG, NEAR, Place, colourless, levelled, located, place, standing, worth
 from .noise_jumps import LEAST, PIECES, SURE, noisy
 from .onsets import abrupt
@@ -40,7 +40,7 @@ def searched(now: Response) -> Response:
             and again.criterion < now.criterion
         ):
             now = again
-    return pruned(now)
+    return pruned(of_modes(now))
 
 
 def changed(now: Response) -> Response:
@@ -76,6 +76,14 @@ def at_once(now: Response) -> Response:
         if found and where and where.log_odds > SURE and where.whole > line:
             now = found[1]
     return now
+
+
+def of_modes(now: Response) -> Response:
+    """Return a response all modes of which become faster or slower, or the slowest alone, whichever is likelier."""
+    if not now.speeds or not has_others(now):
+        return now
+    other = replace(now, is_alone=not now.is_alone, cache=now.of_noise()).settled(1)
+    return min(now, other, key=lambda one: one.criterion)
 
 
 def pruned(now: Response) -> Response:
@@ -238,7 +246,7 @@ def with_change(now: Response, kind: str, i: int, at: int, size: float = 0.0) ->
     """Return a response with one change more, not fitted yet."""
     if kind == GAIN:
         return now.with_gain(i, at, size)
-    return now.with_level(at, size) if kind == LEVEL else now.with_speed(at, size)
+    return now.with_level(at, size) if kind == LEVEL else now.with_speed(at, size, i == SLOWEST)
 
 
 def weighed(other: Response, part: str, many: int):

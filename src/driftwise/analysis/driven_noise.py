@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from .change_effects import GAIN, LEVEL, SPEED, part_of
+from .change_effects import GAIN, LEVEL, SPEED, part_of, speed_of
 from .change_places import NEAR, Place, lacking
 from .response import Response
 from .response_record import HUBER
@@ -86,7 +86,7 @@ def speed_by_moves(now: Response, j: int, where: Place) -> Place:
     """Return the same of a plant that becomes faster or slower, by the moves of inputs of which some are missed."""
     for i in range(len(now.b)):
         if are_missed(now, i):
-            where = _by_moves(now.without("speeds", j).refined(), SPEED, 0, moved(now, i), now.nk[i], where)
+            where = _by_moves(now.without("speeds", j).refined(), SPEED, speed_of(now), moved(now, i), now.nk[i], where)
     return where
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from .change_effects import GAIN, SPEED, kinds
+from .change_effects import GAIN, SPEED, kinds, speed_of
 from .change_places import Place, place
 from .change_search import CHANGES, with_change
 from .response import Response
@@ -23,7 +23,7 @@ def other_reading(now: Response, kind: str, j: int, where: Place) -> tuple[str, 
     """
     less, best = without(now, kind, j), None
     is_endless = endless(now)
-    ways = [way for way in kinds(now) if way[0] == GAIN] if kind == SPEED else [(SPEED, 0)]
+    ways = [way for way in kinds(now) if way[0] == GAIN] if kind == SPEED else [(SPEED, speed_of(now))]
     for way in ways:
         is_one = is_endless[way[1] if kind == SPEED else now.gains[j][0]]
         at = where.at if is_one else dated(less, way, where)

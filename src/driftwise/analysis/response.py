@@ -116,9 +116,9 @@ class Response(Whitened):
         """Return the same with a gain that moves along a straight line."""
         return self.widened("ramps", 0.0, ramps=(*self.ramps, i))
 
-    def with_speed(self, since: int, size: float = 0.0) -> Response:
-        """Return the same of a plant that becomes faster or slower at a sample."""
-        return self.widened("speeds", size, speeds=(*self.speeds, since))
+    def with_speed(self, since: int, size: float = 0.0, is_alone: bool = False) -> Response:
+        """Return the same of a plant that becomes faster or slower at a sample, or the slowest mode of which does."""
+        return self.widened("speeds", size, speeds=(*self.speeds, since), is_alone=is_alone)
 
     def with_bend(self, i: int) -> Response:
         """Return the same with an input that bends."""

@@ -44,6 +44,7 @@ class Mean:
     ramps : inputs whose gain moves along a straight line
     levels : the first sample of each step of the level
     speeds : the first sample of each stretch in which the plant is faster or slower than before
+    is_alone : whether its slowest mode alone is, then
     columns : (m, T) what else moves the level: a constant, a trend, a season
     more : numbers of bends, gains, shifts (what the level moved with a gain, which turns about
         an unknown point), ramps, speeds (logarithms of what the time constants were before, of what they are
@@ -61,6 +62,7 @@ class Mean:
     levels: tuple[int, ...] = ()
     ramps: tuple[int, ...] = ()
     speeds: tuple[int, ...] = ()
+    is_alone: bool = False
     cache: dict = field(default_factory=dict, compare=False, repr=False)
 
     @property
@@ -116,7 +118,7 @@ class Mean:
     @property
     def parts(self) -> tuple:
         """What changes, bends or swings in it."""
-        return self.bent, self.gains, self.levels, self.ramps, self.speeds, len(self.columns)
+        return self.bent, self.gains, self.levels, self.ramps, self.speeds, self.is_alone, len(self.columns)
 
     def placed(self) -> dict[str, slice]:
         """Return where the parts of ``more`` are."""
@@ -190,8 +192,12 @@ class Mean:
     def stretches(self) -> list[Piece]:
         """The denominators, one after the other."""
         if "stretches" not in self.cache:
-            self.cache["stretches"] = pieces(self.denominator, self.speeds, self.more[self.placed()["speeds"]])
+            self.cache["stretches"] = self.stretched(self.denominator, self.more[self.placed()["speeds"]])
         return self.cache["stretches"]
+
+    def stretched(self, a, values) -> list[Piece]:
+        """Return the denominators of a plant that is ``a`` at its end, ``values`` slower before each of its speeds."""
+        return pieces(a, self.speeds, values, self.is_alone)
 
     def answered(self, x) -> np.ndarray:
         """Return what comes of signals (k, T), or (T,), through 1/A, as it was at each sample."""
@@ -209,9 +215,12 @@ class Mean:
             self.cache["drive"] = x
         return self.cache["drive"]
 
-    def faster(self) -> np.ndarray:
-        """Return what enters 1/A at each sample, (T,), where the plant is slower there, per unit of the logarithm."""
-        others = [piece._replace(a=slowed(piece.a, STEP)) for piece in self.stretches]
+    def faster(self, is_alone: bool) -> np.ndarray:
+        """Return what enters 1/A at each sample, (T,), where the plant is slower there, per unit of the logarithm.
+
+        ``is_alone`` : where its slowest mode alone is
+        """
+        others = [piece._replace(a=slowed(piece.a, STEP, is_alone)) for piece in self.stretches]
         others = [piece._replace(hold=piece.a.sum() / self.denominator.sum()) for piece in others]
         return moved_by(self.stretches, others, STEP, self.drive, self.inner)
 
@@ -225,10 +234,10 @@ class Mean:
         for j in range(n):
             a = self.denominator
             a[j + 1] += STEP
-            found.append(moved_by(self.stretches, pieces(a, self.speeds, values), STEP, self.drive, self.inner))
+            found.append(moved_by(self.stretches, self.stretched(a, values), STEP, self.drive, self.inner))
         by_speed = []
         for j in range(len(values)):
-            others = pieces(self.denominator, self.speeds, values + STEP * np.eye(1, len(values), j)[0])
+            others = self.stretched(self.denominator, values + STEP * np.eye(1, len(values), j)[0])
             by_speed.append(moved_by(self.stretches, others, STEP, self.drive, self.inner))
         before = np.array([delayed(self.before.signals[k], late) for k, late in self.before.places[: -n or None]])
         starts = passed(self.stretches, np.eye(n, T, self.record.first), is_held=False)

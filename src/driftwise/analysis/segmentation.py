@@ -48,6 +48,7 @@ class Jump(NamedTuple):
     after: float
     is_factor: bool = False
     rival: Jump | None = None  # the other reading, where a gain and a speed cannot be told apart
+    is_alone: bool = False  # of a speed: whether it is that of the slowest mode
 
     def as_factor(self) -> Jump:
         """Return a gain's jump as a factor."""
@@ -162,7 +163,7 @@ class Hindsight(NamedTuple):
 def speed_jump(now: Response, j: int, where: Place) -> Jump:
     """Return the jump of a speed of a response, the j-th."""
     factor = math.exp(-float(now.more[now.placed()["speeds"].start + j]))
-    return Jump(where.middle, where.interval, where.log_odds, SPEED, j, 1.0, factor)
+    return Jump(where.middle, where.interval, where.log_odds, SPEED, j, 1.0, factor, is_alone=now.is_alone)
 
 
 def beside_rounding(now: Response, factor: float) -> float:

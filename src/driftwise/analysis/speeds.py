@@ -10,6 +10,7 @@ import numpy as np
 from ..models.filtering import filter_rows
 
 STEP = 1e-5  # of numeric slopes of a polynomial
+ALIKE = 1e-9  # by which the radii of a pair may differ
 MOST = 2.5  # of the logarithm of a factor, at most
 
 
@@ -21,27 +22,35 @@ class Piece(NamedTuple):
     hold: float
 
 
-def slowed(a, v: float) -> np.ndarray:
-    """Return 1, a1, .. with all time constants multiplied by e^v.
+def slowed(a, v: float, is_alone: bool = False) -> np.ndarray:
+    """Return 1, a1, .. with all time constants multiplied by e^v, or with that of the slowest mode alone.
 
     Examples
     --------
     >>> slowed(np.array([1.0, -0.81]), np.log(2.0)).round(3).tolist()
     [1.0, -0.9]
+    >>> slowed(np.poly([0.81, 0.5]), np.log(2.0), is_alone=True).round(3).tolist()
+    [1.0, -1.4, 0.45]
     """
     poles = np.roots(a)
     radius = abs(poles)
-    part = np.exp(-v)
+    part = np.where(is_slowest(radius), np.exp(-v), 1.0) if is_alone else np.exp(-v)
     logs = np.log(np.where(radius > 0, radius, 1.0))
     turn = np.where(poles.imag == 0, np.where(poles.real < 0, np.pi, 0.0), np.angle(poles) * part)
     moved = np.where(radius > 0, np.exp(part * logs + 1j * turn), 0.0)
     return np.append(np.real(np.poly(moved)), np.zeros(len(a) - 1 - len(poles)))
 
 
-def pieces(a, speeds: Sequence[int], values) -> list[Piece]:
+def is_slowest(radius) -> np.ndarray:
+    """Say of each pole, by its radius, whether it is the slowest, or of the slowest pair."""
+    return radius > np.max(radius, initial=0.0) - ALIKE
+
+
+def pieces(a, speeds: Sequence[int], values, is_alone: bool = False) -> list[Piece]:
     """Return the stretches of a plant that is 1, a1, .. at its end; ``values`` (m,) say how much slower it was before.
 
-    They are logarithms of its time constants before each of ``speeds``, in what they are from there on.
+    They are logarithms of its time constants before each of ``speeds``, in what they are from there on; or of that of
+    its slowest mode alone.
 
     Examples
     --------
@@ -50,10 +59,10 @@ def pieces(a, speeds: Sequence[int], values) -> list[Piece]:
     """
     order, found, v = np.argsort(speeds)[::-1], [], 0.0
     for k in order:
-        was = a if v == 0 else slowed(a, v)
+        was = a if v == 0 else slowed(a, v, is_alone)
         found.append(Piece(int(speeds[k]), was, float(was.sum() / a.sum())))
         v += float(values[k])
-    was = slowed(a, v)
+    was = slowed(a, v, is_alone)
     return [Piece(0, was, float(was.sum() / a.sum())), *found[::-1]]
 
 

@@ -44,7 +44,7 @@ def walks(other: Response, i: int | None) -> tuple[np.ndarray, np.ndarray]:
     T, k = len(other.used), np.arange(1, WAVES + 1)[:, None]
     waves = np.cos(np.pi * k * (np.arange(T) + 0.5) / T) / k
     if i == FASTER:
-        waves = passed(other.stretches, other.faster() * waves, is_held=False)
+        waves = passed(other.stretches, other.faster(other.is_alone) * waves, is_held=False)
     elif i is not None:
         waves = other.answered(other.driven(i, other.moved(i)) * waves)
     D = (other.whitened(waves) * other.weight).T
