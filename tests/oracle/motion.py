@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from driftwise.estimators.track import bank, departure, judging, learning, legs, output, step, unforeseen
+from driftwise.estimators.track import bank, departure, judging, learning, legs, onset, output, step, unforeseen
 from oracle.motion_members import Circle, Legs, Linear, Pole
 
 TINY = 1e-12  # no evidence is quite nothing
@@ -128,8 +128,8 @@ class Follower:
         chosen._absorb(t, y, waits and left > 0)
         if not waits:
             chosen.refused = None
-            found["onset"] = not chosen.is_told and chosen.lead > step.TOLD_ABOVE
-            chosen.is_told = found["onset"] or (chosen.is_told and chosen.lead >= step.OVER_BELOW)
+            found["onset"] = not chosen.is_told and chosen.lead > onset.TOLD_ABOVE
+            chosen.is_told = found["onset"] or (chosen.is_told and chosen.lead >= onset.OVER_BELOW)
         chosen._tell(found, chosen._weights(chosen.known))
         if waits:
             x, apart = found["state"], (before["state"] - found["state"]).ravel()
@@ -260,24 +260,33 @@ class Follower:
         self.V = np.diag(w[known] @ self.S[known]) + apart.T @ (w[known][:, None] * apart)
 
     def _watch(self, y):
-        """Chi-squared of the fading mean of what straight flight misses, under the noise of those that lead."""
-        i, fresh = judging.PLAIN, judging.FRESH
+        """Chi-squared of the fading mean of what straight flight misses along the way and across it."""
+        fresh, far, C = np.array(onset.FRESH)[: self.C], onset.FARTHEST, np.arange(self.C)
         w = self.w[: bank.KALMAN] / self.w[: bank.KALMAN].sum()
         level = np.exp(w @ np.log([m.scale for m in self.kalman[: bank.KALMAN]]))
-        s = self.S[i] * level / self.kalman[i].scale
-        e = y - self.mean[i]
-        m = self.kalman[i]
-        z, left = e / np.sqrt(s), (self.last - m.x[:, 0] + self.d * m.x[:, 1]) / np.sqrt(s)
-        left *= self.S[i] / (self.unit * m.scale)
-        away2 = judging.AWAY2 if z @ z > judging.FARTHEST**2 else judging.FAR_AWAY2
-        if not self.is_told and left @ left > away2 and (z @ left < 0 or z @ z < judging.NEARER2 * (left @ left)):
-            self.held, self.drift = judging.HELD, np.zeros(self.C)
-        z = np.clip(z, -1, 1) if self.held else np.clip(z, -judging.FARTHEST, judging.FARTHEST)
-        self.drift = (1 - fresh) * self.drift + fresh * z
-        behind = judging.BEHIND * self.speed / judging.GENTLE * self.period**2
-        is_far = self.drift**2 @ np.maximum(s, (e / judging.FARTHEST) ** 2) > behind**2 and self.seen > judging.SOONEST
-        known = np.clip(self.seen - judging.UNSURE, 1.0, judging.SURE)
-        self.lead = known * np.sum(np.log1p(self.drift**2 * (2 - fresh) / fresh / known)) if is_far else 0.0
+        gentlest = self.speed / judging.GENTLE * self.period**2 / np.sqrt(self.unit * level)
+        quieter = np.sum(gentlest[:, None] < onset.OFTEN, axis=1)  # members farther that remember longer
+        i = onset.PLAIN - quieter
+        x, scale = (np.array([getattr(self.kalman[k], f)[c] for k, c in zip(i, C)]) for f in ("x", "scale"))
+        s = self.S[i, C] * level / scale
+        left = self.last - x[:, 0] + self.d * x[:, 1]
+        z, before = (y - self.mean[i, C]) / np.sqrt(s), left * self.S[i, C] / (self.unit * scale) / np.sqrt(s)
+        way = x[:, 1] / np.sqrt(s) if x[:, 1].any() else np.eye(self.C)[0]
+        way = way / np.linalg.norm(way)
+        axes = np.array([way, [-way[1], way[0]]] if self.C == 2 else [way])
+        nearer = z @ z < onset.NEARER2 * (before @ before)
+        if not self.is_told and before @ before > onset.AWAY2 and (nearer or z @ before < 0):
+            self.held, self.drift = onset.HELD, np.zeros(self.C)
+        most = 1.0 if self.held else np.array([far if self.is_told else onset.ALONG, far])[: self.C]
+        off = axes @ z
+        self.drift = (1 - fresh) * self.drift + fresh * np.clip(off, -most, most)
+        behind = onset.BEHIND * self.speed / judging.GENTLE * self.period**2
+        size2 = self.drift**2 @ (axes**2 @ s * np.maximum(1, (off / far) ** 2))
+        is_far = size2 > behind**2 and self.seen > onset.SOONEST
+        known = np.clip(self.seen - onset.UNSURE, 1.0, onset.SURE)
+        chi2 = self.drift**2 * (2 - fresh) / fresh
+        counts = np.mean(np.array(onset.COUNTS)[quieter])
+        self.lead = counts * known * np.sum(np.log1p(chi2 / known)) if is_far else 0.0
         if self.held:
             self.held, self.lead = self.held - 1, -1.0
 

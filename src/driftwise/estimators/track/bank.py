@@ -137,7 +137,8 @@ TRACK = Layout(
         ("C", "EACH"),
         "each coordinate: first plot, last less the first, last velocity, log of a plot's variance, what was stated; "
         "e^2/variance of the last; the plot that waits, what was stated of it; equal steps in a row, the lattice's "
-        "step that they show (0 is unknown); how far plots lead away from straight flight, deviations; "
+        "step that they show (0 is unknown); how far plots lead away from straight flight along the way, of the second "
+        "across it, deviations; "
         "the plot that was called wild",
     ),
     Field("tails", ("TAILS",), "plots that each scale of the tails is worth"),

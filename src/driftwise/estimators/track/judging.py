@@ -15,22 +15,11 @@ from . import bank, circle, learning, legs, linear, pole
 
 FREEDOM = 6.0  # of the Student-t by which members are judged
 LOUDER = -10.0  # log probability that all is as expected but the noise, which is as large as it seems
-GENTLE = 250.0  # s, from rest to the speed of the class: an acceleration that is no manoeuvre
 LOUDEST = 3.0  # log density of a plot by which legs are above the best straight flight, at most
 TURNED = 1.75  # log weight that legs have more while they hold a turn
+GENTLE = 250.0  # s, from rest to the speed of the class: an acceleration that is no manoeuvre
 LASTING = 0.5  # of what a plot makes forget, where plots are farther apart than the gentlest manoeuvre is long
 LEAST_REST = 1e-9  # weight of all other members
-PLAIN = 3  # the member of constant velocity from which a manoeuvre leads away ..
-OFTEN = 0.05, 0.3  # .. or one or two that remember longer, where the gentlest moves less than so many deviations a plot
-COUNTS = 1.0, 0.8, 0.55  # what those lead away counts: they come back late, too
-FRESH = 0.4  # of the mean of its innovations, what the last one counts
-FARTHEST = 3.0  # deviations that one counts at most
-BEHIND = 3.0  # squares of the time between plots, times the least acceleration of a manoeuvre: it is behind by more
-SOONEST = 6.0  # plots
-AWAY2, FAR_AWAY2 = 4.0, 16.0  # squared deviations that the plot before was off: where this one is far off, and else
-NEARER2 = 0.5  # of that square, what is left of it where a target comes back
-HELD = 4.0  # plots after one that came back in which nothing is told
-UNSURE, SURE = 5.0, 40.0  # plots that say nothing of the noise to be expected; after which it is no better known
 MADDEST = 3.0  # speed, of what is fast for the class, that no member believes
 
 
@@ -198,75 +187,6 @@ def judge(task, row, C, T, y, unit, w, mean, S, exact, scores):
         best = max(best, row[at + i])
     for i in range(M):
         row[at + i] -= best
-
-
-@kernel
-def watched(task, row, C, c, T, unit, w, S):
-    """Return how many members farther than ``PLAIN`` is watched in a coordinate, and its variance as those that lead.
-
-    Who is seen often has hardly moved from plot to plot: a member that remembers few plots turns with him.
-    """
-    level, share = 0.0, 0.0
-    for i in range(bank.KALMAN):
-        level += w[i] * log(row[bank.at_linear(C, i) + bank.LINEAR * c + linear.SCALE])
-        share += w[i]
-    if not share > 1e-6:
-        return 0, math.nan
-    r = exp(level / share)
-    gentlest = task.fastest / GENTLE * T * T / math.sqrt(unit[c] * r)
-    quieter = 2 if gentlest < OFTEN[0] else (1 if gentlest < OFTEN[1] else 0)
-    i = PLAIN - quieter
-    return quieter, S[i, c] * r / row[bank.at_linear(C, i) + bank.LINEAR * c + linear.SCALE]
-
-
-@kernel
-def comes_back(task, row, C, T, d, y, unit, w, mean, S):
-    """Say whether a plot agrees with no manoeuvre: the one before was far off, and farther or to the other side.
-
-    A target that is led away goes farther from plot to plot, to the same side. What a position repeated, a late stamp
-    or a wild plot leads away comes back, and takes the member that followed it to the other side.
-    """
-    now2, before2, both = 0.0, 0.0, 0.0
-    for c in range(C):
-        quieter, s = watched(task, row, C, c, T, unit, w, S)
-        if s > 0.0:
-            i = PLAIN - quieter
-            at = bank.at_linear(C, i) + bank.LINEAR * c
-            e = y[c] - mean[i, c]
-            left = row[bank.of_coordinate(C, bank.LAST, c)] - (row[at] - d * row[at + 1])
-            last = left * S[i, c] / (unit[c] * row[at + linear.SCALE])  # the innovation of which the gain left that
-            now2 += e * e / s
-            before2 += last * last / s
-            both += e * last / s
-    return before2 > (AWAY2 if now2 > square(FARTHEST) else FAR_AWAY2) and (both < 0.0 or now2 < NEARER2 * before2)
-
-
-@kernel
-def watch(task, row, C, T, d, y, unit, w, mean, S):
-    """Follow by how many deviations plots lead away from straight flight: a fading mean of one member's innovations.
-
-    The deviation is that of the member under the noise of those that lead: its own grows while it is left behind. That
-    noise is known by the plots so far: chi-squared is that of a Student-t of as many degrees of freedom. After a plot
-    that comes back, unless a manoeuvre has been told, some count little and tell nothing: the lead counts up to zero.
-    """
-    lead, size2, least = 0.0, 0.0, task.fastest / GENTLE
-    known = min(max(row[bank.SEEN] - UNSURE, 1.0), SURE)
-    if row[bank.ALERT] == 0.0 and comes_back(task, row, C, T, d, y, unit, w, mean, S):
-        row[bank.LEAD] = -HELD
-        for c in range(C):
-            row[bank.of_coordinate(C, bank.DRIFT, c)] = 0.0
-    is_held = row[bank.LEAD] < 0.0
-    most = 1.0 if is_held else FARTHEST
-    for c in range(C):
-        quieter, s = watched(task, row, C, c, T, unit, w, S)
-        if s > 0.0:
-            e = y[c] - mean[PLAIN - quieter, c]
-            at = bank.of_coordinate(C, bank.DRIFT, c)
-            row[at] += FRESH * (min(max(e / math.sqrt(s), -most), most) - row[at])
-            lead += COUNTS[quieter] * known * log1p(square(row[at]) * (2.0 - FRESH) / FRESH / known)
-            size2 += square(row[at]) * max(s, square(e / FARTHEST))
-    is_far = size2 > square(BEHIND * least * T * T) and row[bank.SEEN] > SOONEST
-    row[bank.LEAD] = row[bank.LEAD] + 1.0 if is_held else (lead if is_far else 0.0)
 
 
 @kernel

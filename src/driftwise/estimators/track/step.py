@@ -16,7 +16,7 @@ from typing import NamedTuple
 from ...engine.dispatch import kernel, pass_over
 from ...engine.elementary import log, square
 from ...engine.status import MISSING_OUTPUT, NOT_READY, OUTLIER, PROJECTED
-from . import bank, circle, departure, judging, learning, legs, linear, output, pole, unforeseen
+from . import bank, circle, departure, judging, learning, legs, linear, onset, output, pole, unforeseen
 
 SUREST = 0.98  # of a plot that waits: how likely it is wild, at most, and how likely true
 MADE = 0.03  # by what it is less likely that a manoeuvre took an object farther off than its class goes in the time
@@ -25,7 +25,6 @@ LOST = 0.05  # of plots that were refused: that the object went there, from wher
 ANY = 1e-3  # a plot in thirty is wild, of any size, all alike in logarithms: what that has of the density
 STARTS, ENDS = 0.02, 0.1  # of a manoeuvre, per plot
 CLAIM = 10.0  # plots that a stated variance is worth
-TOLD_ABOVE, OVER_BELOW = 11.0, 4.0  # of what leads away: an onset, and when another may come
 
 
 class Tracking(NamedTuple):
@@ -133,7 +132,7 @@ def absorb(task, row, C, T, d, y, unit, g, mean, S, A, B, w, told, parts, scores
         room[n + 3 * C :],
     )
     learning.compare_steps(row, C, d, y, off, exact)
-    judging.watch(task, row, C, T, d, y, unit, w, mean, S)
+    onset.watch(task, row, C, T, d, y, unit, w, mean, S, room[n + 4 * C :])
     if row[bank.SEEN] >= 2.0 and not leaves:
         learning.learn_tails(task, row, C, exact, parts)
     if leaves:
@@ -266,7 +265,7 @@ def advance(task, row, t, y, R, out, kept):
         return
     for c in range(C):
         z[c] = y[c] - row[bank.of_coordinate(C, bank.FIRST, c)]
-    status, onset, d = 0.0 if row[bank.SEEN] > 1.0 else float(NOT_READY), 0.0, t - row[bank.TIME]
+    status, begins, d = 0.0 if row[bank.SEEN] > 1.0 else float(NOT_READY), 0.0, t - row[bank.TIME]
     waiting, is_true, waits = row[bank.SUSPECTED] > 0.0, False, False
     T = bank.period(row)
     if waiting:  # as if the plot that waits were true, and what the less likely of the two expects
@@ -327,9 +326,9 @@ def advance(task, row, t, y, R, out, kept):
         judging.weigh(row, C, mean, w)
         if not waits:
             row[bank.TIME], row[bank.REFUSED] = t, 0.0
-            if row[bank.ALERT] == 0.0 and row[bank.LEAD] > TOLD_ABOVE:
-                row[bank.ALERT] = onset = 1.0
-            elif row[bank.LEAD] < OVER_BELOW:
+            if row[bank.ALERT] == 0.0 and row[bank.LEAD] > onset.TOLD_ABOVE:
+                row[bank.ALERT] = begins = 1.0
+            elif row[bank.LEAD] < onset.OVER_BELOW:
                 row[bank.ALERT] = 0.0
     else:
         status += MISSING_OUTPUT
@@ -349,7 +348,7 @@ def advance(task, row, t, y, R, out, kept):
     output.tell_place(row, C, out)
     output.tell_turn(C, out)
     output.tell_pole(now, C, w, out)
-    out[reported + bank.MANOEUVRING], out[reported + bank.ONSET] = now[bank.MANOEUVRE], onset
+    out[reported + bank.MANOEUVRING], out[reported + bank.ONSET] = now[bank.MANOEUVRE], begins
     out[reported + bank.STATUS] = status
 
 

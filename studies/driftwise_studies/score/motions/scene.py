@@ -72,6 +72,7 @@ class Scene(NamedTuple):
     resampled: float = 0.0  # share of the plots that were seen, the others lie on lines between those; 0: all were
     handover: tuple[int, float] = (0, 1.0)  # first plots, factor of the time between them
     behind: float = 0.0  # share of the plots at which a position stays behind, to catch up in those that follow
+    late: str = ""  # the way of `latency` by which positions are old when they are stamped
 
     def __str__(self):
         scans = " and ".join(f"{s.scan:.3g} s, {s.deviation:.2g} m" for s in self.sensors)

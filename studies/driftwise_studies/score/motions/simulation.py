@@ -11,6 +11,7 @@ from driftwise.tracking.frames import east_north, geographic
 from driftwise.tracking.plots import Plots, plots
 
 from .drawing import between
+from .latency import WAYS
 from .scene import Scene, Sensor
 
 STEPS = 8  # between two plots, at least
@@ -195,8 +196,9 @@ def seen(rng, scene: Scene, sensor: Sensor, k: int, time, path: Path, now: slice
     size = sensor.deviation * np.exp(rng.uniform(*np.log(WILDEST), n))
     error += np.where(wild, size, 0.0)[:, None] * direction
     position = path.position[then] + sensor.offset + error
-    if scene.behind:
-        old = sensor.scan * ages(np.random.default_rng([*scene.seed, 4, k]), n, scene.behind)
+    if scene.behind or scene.late:
+        own, slows = np.random.default_rng([*scene.seed, 4, k]), np.diff(speed, prepend=speed[0]) < 0.0
+        old = WAYS[scene.late](own, time, slows) if scene.late else sensor.scan * ages(own, n, scene.behind)
         position -= old[:, None] * path.velocity[then]
         wild |= old * speed > WILDEST[0] * sensor.deviation
     if scene.lattice:
