@@ -13,6 +13,7 @@ from ..engine.dispatch import advance, flatten, open_row, open_scratch, read_all
 from ..engine.errors import InputError
 from ..engine.layout import layout_of
 from ..engine.status import MEANING
+from ..engine.translate.frame import Frame
 from ..engine.translate.program import Program
 from ..engine.translate.refusal import Refusal
 from ..engine.translate.st_statements import Comment, Plain, Set, Test, about_something, lines
@@ -29,7 +30,7 @@ from ..engine.translate.structured_text import (
     variables,
 )  # fmt: skip
 from ..engine.translate.types import FLOAT, View
-from ..engine.translate.unfold import Frame, Unfold
+from ..engine.translate.unfold import Unfold
 
 ESTIMATORS = ("ARX", "AR", "Regression", "Joint")
 MEMORIES = ("Constant", "ExponentialForgetting", "RandomWalk", "RestartOnChange")
