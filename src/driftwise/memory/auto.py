@@ -109,6 +109,8 @@ class AutoMemoryKernel(NamedTuple):
     prior: float
     home: float  # where they begin and are shrunk to, less ``start``
     past: float  # so many regressors at first are past outputs, of which outliers are replaced
+    poles: float  # so many parameters at first say how the output of a state goes on
+    keeps_rows: float  # 1: rows stay what they are, and another start may begin with those of the first samples
     lags: PerParameter  # samples later than the first that each acts, if all jump
     levels: Vector
     A: Vector
@@ -132,6 +134,7 @@ def resolve_auto_memory(memory, setting):
         outliers=float(expect != "jumps"), jumps=float(expect != "outliers"),
         start=np.log(START), least=np.log(LEAST), most=np.log(MOST), samples=SAMPLES, tau=TAU, prior=PRIOR,
         home=np.log(BESIDE_STATE) if setting.lags.size else 0.0, past=float(setting.past),
+        poles=float(setting.poles), keeps_rows=float(setting.is_regression or setting.rows_stay),
         lags=setting.lags if setting.lags.size else np.zeros(setting.N),
         levels=levels, A=np.ravel(SPEEDS),
     )  # fmt: skip

@@ -58,9 +58,10 @@ from .resolution import follow_resolution, least_variance
 from .robust_start import remember
 from .second_start import AGE as SECOND_AGE
 from .second_start import concede, is_explained, let_start, start_again
+from .set_free import MILDLY, compete, make_room
 from .suspicion import calm, suspect
-from .trial import argue, begin_trial, end_trial, is_to_begin, is_to_end, time_update_copies
-from .trial_state import AGE, ODDS, show_none
+from .trial import argue, begin_anew, begin_trial, end_trial, is_to_begin, is_to_end, limit_of, time_update_copies
+from .trial_state import AGE, ODDS, is_told, show_none
 from .unknown_drift import SEEN, UNEXCITED, excite, lean, open_drift_state, rest
 from .verdict import A_JUMP, A_LEVEL, NO_JUMP, NOTHING, judge, quieter, say_how_far
 from .verdict import follow as follow_verdict
@@ -91,9 +92,7 @@ def try_out(memory, parts, e, R, evidence, rho, outliers, view, least):
     """Let the trial see the sample, and follow what it decides; return the probability of an outlier to all."""
     trial, head, own, unit, N = parts.trial, parts.head, parts.own, parts.drift.unit, view.theta.size
     is_right = memory.has_state == 0.0 and head[CLEAN] <= N and head[SINCE_GAP] >= N
-    same, freed, level = argue(
-        memory, trial, parts.past, e, R, is_right, view.theta, evidence, outliers, view, unit, least
-    )
+    same, freed, level = argue(memory, parts, e, R, is_right, view.theta, evidence, outliers, view, unit, least)
     known = share_of_outliers(memory, head, head[STRUCK_BEFORE])
     head[VERDICT] = judge(memory, trial, outliers, known, parts.drift.head[SEEN], unit)
     is_shy = memory.has_state > 0.0 and outliers > SHY_OF_OUTLIERS / SHY  # then the state is no bolder than the mean
@@ -111,7 +110,8 @@ def try_out(memory, parts, e, R, evidence, rho, outliers, view, least):
         calm(parts.sums)
     elif is_to_end(trial):
         end_trial(trial)
-        calm(parts.sums)
+        if not compete(memory, parts) or parts.sets.began[0] != MILDLY:
+            calm(parts.sums)
     return rho
 
 
@@ -166,23 +166,29 @@ def adapt_auto(memory, state, e, R, view):
         fold(own.bank, own.dense, N)
         if trial.head[AGE] > 0.0:
             fold(trial.copies, trial.dense, N)
+            if compete(memory, parts):
+                fold(parts.sets.copies, parts.sets.dense, N)
     outliers, is_on = share_of_outliers(memory, head, head[STRUCK_SO_FAR]), False
     is_late = drift.head[SEEN] >= YOUNG_ENOUGH and not is_unexcited and memory.outliers * memory.learns > 0.0
     if is_late and drift.head[SEEN] == YOUNG_ENOUGH:
         parts.second.head[SECOND_AGE] = 0.0
+    if memory.has_state > 0.0 and drift.head[SEEN] >= YOUNG_ENOUGH and parts.rows.taken[0] > 0.0:
+        make_room(parts)
     if not is_unexcited and drift.head[SEEN] > 4.0 * N:
-        surprise, is_on = e * e / (s2 * T), trial.head[AGE] > 0.0
+        surprise, is_on, limit = e * e / (s2 * T), trial.head[AGE] > 0.0, limit_of(memory, drift, view)
         if R <= TRUSTED * memory.R:
             hear(parts.most, e, T, s2)
         if is_late and outliers > STRUCK / CHANCES:
             begin_if_quiet(memory, parts.second, parts.most, own.bank, M, s2)
         is_suspicious = suspect(parts.sums, view.psi, e, T, s2) or drift.head[SEEN] < YOUNG
-        if is_to_begin(trial, surprise, is_suspicious, head[CLEAN] >= ISOLATED):
-            begin_trial(memory, trial, own.bank, drift.unit, M, surprise, view.b)
+        if is_to_begin(trial, parts.sets, surprise, limit, is_suspicious, head[CLEAN] >= ISOLATED):
+            begin_trial(memory, trial, parts.sets, own.bank, drift.unit, M, surprise, limit, is_suspicious, view.b)
             head[STRUCK_BEFORE] = head[STRUCK_SO_FAR]
             is_on = True
+        elif is_on and compete(memory, parts) and surprise >= limit and not is_told(trial):
+            begin_anew(memory, trial, parts.sets, drift.unit, surprise, view.b)
     is_early = drift.head[SEEN] < YOUNG_ENOUGH and not is_unexcited
-    if memory.stakes > 0.0 and is_early and R <= TRUSTED * memory.R:  # rows of a regression alone stay what they are
+    if memory.keeps_rows > 0.0 and is_early and R <= TRUSTED * memory.R:
         remember(parts.rows, view.psi, e + dot(view.psi, theta))
     looks_back = memory.stakes * memory.jumps > 0.0 and drift.head[SEEN] > LEARNT and not is_unexcited
     slow, slow_e, slow_T, slow_s2, slow_weight = mode(own.bank, 0, N).own, 0.0, 1.0, 1.0, 1.0
@@ -221,6 +227,8 @@ def adapt_auto(memory, state, e, R, view):
     elif trial.head[AGE] > 0.0:  # at rest nothing is decided, and what was probable stays so
         rho *= 1.0 - trial.shown[0] - trial.shown[1] - trial.shown[2]
         unfold(trial.copies, trial.dense, N)
+        if compete(memory, parts):
+            unfold(parts.sets.copies, parts.sets.dense, N)
     else:
         show_none(trial)
     if climbs and memory.has_state > 0.0:
@@ -307,7 +315,7 @@ def time_update_auto(memory, state, elapsed, view):
     else:
         is_capped = drift_apart(memory, own.bank, q, view.b)
     if trial.head[AGE] > 0.0:
-        time_update_copies(memory, trial, q, waits, view.b)
+        time_update_copies(memory, trial, parts.sets, compete(memory, parts), q, waits, view.b)
     own.head[WAITS] = 0.0
     if memory.past > 0.0:
         is_one = view.surprise >= 0.0 and head[RHO] > LIKELY and head[VERDICT] == NOTHING
@@ -346,3 +354,9 @@ def take_along_auto(memory, state, change, view):
         take_modes_along(memory, trial.copies, change, view)
         if waits:
             unfold(trial.copies, trial.dense, N)
+        if compete(memory, parts):
+            if waits:
+                fold(parts.sets.copies, parts.sets.dense, N)
+            take_modes_along(memory, parts.sets.copies, change, view)
+            if waits:
+                unfold(parts.sets.copies, parts.sets.dense, N)

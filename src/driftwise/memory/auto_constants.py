@@ -56,18 +56,25 @@ FAR, RAREST = 256.0, -1.0  # jumps beyond that variance become rarer (Cauchy's t
 # numbers do not, and the next sample decides
 LAG_JUMP = 0.3  # variance of a jump of what a past output counts for, at most: stable plants leave it little room. A y
 # at rest is its noise, and so many deviations of that would carry the next y, once it has left its level, anywhere
+POLE_JUMP = 0.05  # the same beside a state: a deviation of .22 of a1, where the whole circle leaves it two at most
 LONE = (
     5.0  # variance of a jump of one parameter, to weigh it: a wider one makes small jumps improbable; large ones tell
 )
 LOUD, LOUD_FREEDOM = 3.0, 1.0  # at a surprise the new sigma^2 over the old: so many times, hardly known (one sample)
 PLAIN_FREEDOM = 2.0  # without one it may be either way: as it was, by two samples
 STILL_LOUD = 1.2  # times sigma^2 of before: as long as that, drift is told in units of the noise before it was louder
+LITTLE, WIDER_STILL = 4.0, 36.0  # beside a state, where two copies are set free: two deviations, or six
+SETS = 4  # copies set free there, at most
+KNOWN_FREEDOM = (
+    30.0  # samples that they know sigma^2 by, at most: who is free to change it explains louder noise as well
+)
 FREED_FREEDOM = 4.0  # what is known of sigma^2 after a jump, at most: a level may have changed with it
 STEP, MOMENTS = 4, 8  # samples between two moments at which one parameter may have jumped, and how many are kept
 WORTH = 8.0  # variances of noise that a jump must explain before the sum over moments is worth its exponentials
 MOMENT_BY_DRIFT = 0.0  # log odds that it needs against the bank, and against having walked all the time
 
 # Trials
+SURPRISE_OF_STATE = 4.0  # the same beside a state, as one in 22 does: there it is cheap to begin again
 SURPRISE = 9.0  # times the variance of a prediction: a trial begins, as one sample in 370 does by chance
 KEPT, WINDOW = 15 / 16, 16.0  # a sample, of the sums that suspicion rests on; so many samples they look back
 CLIP = 3.0  # deviations that one sample says at most: an outlier alone is a surprise, not a suspicion

@@ -15,6 +15,7 @@ from .moments import moments_size, open_moments
 from .resolution import RESOLUTION
 from .robust_start import open_rows, rows_size
 from .second_start import open_second, second_size, share_of
+from .set_free import open_set_free
 from .suspicion import open_suspicion, suspicion_size
 from .trial_state import open_trial, trial_size
 from .unknown_drift import open_drift_state
@@ -72,6 +73,7 @@ class Parts(NamedTuple):
     second: tuple
     learner: tuple
     rows: tuple
+    sets: tuple
     past: tuple
     moments: tuple
     resolution: np.ndarray
@@ -87,9 +89,10 @@ def open_parts(memory, state, N):
     sums = open_suspicion(parts.suspicion, N)
     second, learner = open_second(parts.second, N), open_learner(parts.learner, N, N)
     rows, past = open_rows(parts.rows, N), open_past(parts.past, N)
+    sets = open_set_free(parts.rows[1:], N)  # once no rows are kept
     moments = open_moments(parts.moments, N, MODES, MOMENTS)
     return Parts(
-        drift, bank, parts.head, sums, trial, second, learner, rows, past, moments, parts.resolution, parts.most
+        drift, bank, parts.head, sums, trial, second, learner, rows, sets, past, moments, parts.resolution, parts.most
     )
 
 

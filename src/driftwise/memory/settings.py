@@ -28,7 +28,9 @@ class Setting(NamedTuple):
     data, not a constant; ``prior`` is mean, U and D; ``first`` unknowns, a state, stand before the parameters. Through
     it each parameter acts so many samples later than the first (``lags``; empty: all act at once). In a regression
     (``is_regression``) they act through data, not through what was estimated before; the first ``past`` regressors are
-    past outputs, newest first, of which the estimator replaces outliers.
+    past outputs, newest first, of which the estimator replaces outliers. Beside a state the first ``poles`` parameters
+    say how the output itself goes on: a stable plant leaves them little room to jump. There ``rows_stay`` says that
+    what a row tells of the parameters has nothing of what had been estimated before, as in a regression.
 
     ``cap`` are the prior variances, in the same units.
 
@@ -50,6 +52,8 @@ class Setting(NamedTuple):
     lags: np.ndarray = np.zeros(0)
     is_regression: bool = False
     past: int = 0
+    poles: int = 0
+    rows_stay: bool = False
 
     @property
     def N(self) -> int:

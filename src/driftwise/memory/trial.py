@@ -27,6 +27,7 @@ from .auto_constants import (
     RAREST,
     RATE,
     SURPRISE,
+    SURPRISE_OF_STATE,
     WIDE,
     WIDEST,
     WINDOW,
@@ -36,6 +37,7 @@ from .lone_jump import weigh_alone
 from .mixing import shrink
 from .modes import CHI2, FREEDOM, WEIGHT, error_of, mode, own_sigma2, size_of, take
 from .sensitivity import pass_time
+from .set_free import MILDLY, are_to_compete, compete, see_set_free, set_free, set_free_again, time_update_set_free
 from .trial_state import (
     AGE,
     ALONE,
@@ -54,6 +56,12 @@ from .trial_state import (
 
 
 @kernel
+def limit_of(memory, drift, view):
+    """Return how many times the variance of a prediction is a surprise; fewer where several are to be set free."""
+    return SURPRISE_OF_STATE if are_to_compete(memory, drift, view) else SURPRISE
+
+
+@kernel
 def best_of(trial):
     """Return the log evidence of the best explanation other than none, over that of none."""
     found = trial.found
@@ -67,16 +75,18 @@ def is_hopeless(trial, odds):
 
 
 @kernel
-def is_to_begin(trial, surprise, is_suspicious, is_alone):
+def is_to_begin(trial, sets, surprise, limit, is_suspicious, is_alone):
     """Say whether a trial is to begin: at a surprise or a suspicion; only the first ends another, a fruitless one.
 
     That is one with nothing to tell; or nothing that the bank does not know, if the surprise ``is_alone`` no more.
     """
     head = trial.head
     if head[AGE] == 0.0:
-        return is_suspicious or surprise >= SURPRISE
+        return is_suspicious or surprise >= limit
     if is_told(trial):
         return False
+    if limit < SURPRISE and sets.began[0] == MILDLY and is_suspicious and is_hopeless(trial, HOPELESS):
+        return True
     if surprise >= SURPRISE and (head[GAP] > 1.0 or head[AGE] >= trial.score.size + FRESH):
         known = 0.0 if is_alone else max(head[BESIDE] - trial.found[SAME], 0.0)
         return is_hopeless(trial, HOPELESS + known)
@@ -97,10 +107,10 @@ def is_to_end(trial):
 
 
 @rare
-def begin_trial(memory, trial, bank, unit, M, surprise, b):
+def begin_trial(memory, trial, sets, bank, unit, M, surprise, limit, is_suspicious, b):
     """Copy the likeliest filter of the bank, set the parameters of one copy free and sigma^2 of another."""
     N, head, size = unit.size, trial.head, size_of(unit.size)
-    leader, most, is_surprise = 0, 0.0, surprise >= SURPRISE
+    leader, most, is_surprise = 0, 0.0, surprise >= (SURPRISE if is_suspicious else limit)
     for m in range(M):
         trial.weights[m] = mode(bank, m, N).own[WEIGHT]
         if trial.weights[m] > most:
@@ -131,6 +141,27 @@ def begin_trial(memory, trial, bank, unit, M, surprise, b):
         trial.F[i] = 1.0 if i % (N + 1) == 0 else 0.0
     head[GAP] = 1.0 if is_surprise else WINDOW
     head[AGE], head[LEADER], head[BESIDE], head[ALONE] = 0.0, leader, 0.0, 0.0
+    if limit < SURPRISE:
+        is_mild = is_surprise and surprise < SURPRISE and not is_suspicious
+        set_free(memory, trial, sets, unit, surprise, is_mild, b)
+
+
+@rare
+def begin_anew(memory, trial, sets, unit, surprise, b):
+    """At another surprise begin what explains no more than none from here on, beside a state."""
+    N, head, size = unit.size, trial.head, size_of(unit.size)
+    set_free_again(memory, trial, sets, unit, surprise, b)
+    if head[GAP] == 1.0 and trial.found[LEVEL] < trial.found[SAME]:
+        for i in range(size):
+            trial.copies[LEVEL * size + i] = trial.copies[SAME * size + i]
+        level = mode(trial.copies, LEVEL, N).own
+        level[FREEDOM], level[CHI2] = LOUD_FREEDOM, LOUD_FREEDOM * head[BEFORE] * LOUD
+        trial.found[LEVEL] = trial.found[SAME] - log(head[GAP])
+    if head[ALONE] == 0.0:
+        for i in range(N):
+            trial.score[i] = trial.known[i] = 0.0
+        for i in range(N * N):
+            trial.F[i] = 1.0 if i % (N + 1) == 0 else 0.0
 
 
 @kernel
@@ -147,15 +178,15 @@ def copy_sees(memory, trial, k, e, R, theta, outliers, view, least):
 
 
 @kernel
-def argue(memory, trial, past, e, R, is_right, theta, evidence, outliers, view, unit, least):
+def argue(memory, parts, e, R, is_right, theta, evidence, outliers, view, unit, least):
     """Let the trial see the sample; return the probability that it is an outlier, to each copy.
 
     ``is_right``: regressors are, if parameters jumped: only what looked like an outlier makes them doubtful. Then those
     of ``past`` which did so since the trial began were none, and stand among the regressors as measured.
     ``evidence`` is that of the bank.
     """
-    N, head = theta.size, trial.head
-    half = N * (N + 1) // 2
+    trial, past, N, head = parts.trial, parts.past, theta.size, parts.trial.head
+    half, are_several = N * (N + 1) // 2, compete(memory, parts)
     freed_e, same = e, mode(trial.copies, SAME, N)
     for i in range(view.fresh.size - 1):
         freed_e += (view.psi[i] - view.fresh[i]) * (theta[i] - same.theta[i])
@@ -163,13 +194,17 @@ def argue(memory, trial, past, e, R, is_right, theta, evidence, outliers, view, 
     weigh_alone(trial, error, rho, T, view, unit, own_sigma2(memory, mode(trial.copies, SAME, N).own))
     noise = memory.R if is_right else R
     for i in range(N):
-        if memory.lags[i] > head[AGE]:  # this one may be the old one still, or not
+        if not are_several and memory.lags[i] > head[AGE]:  # this one may be the old one still, or not
             noise += WIDE * unit[i] * view.psi[i] * view.psi[i]
     since = head[AGE] if is_right else 0.0
     for i in range(view.fresh.size - 1):
         view.psi[i], view.fresh[i] = view.fresh[i], view.psi[i]
     freed_e = exchange(memory, past, view.psi, theta, freed_e, since)
-    _, freed_rho, _ = copy_sees(memory, trial, FREED, freed_e, noise, theta, outliers, view, least)
+    freed_rho = 0.0
+    if not are_several:
+        _, freed_rho, _ = copy_sees(memory, trial, FREED, freed_e, noise, theta, outliers, view, least)
+    elif not is_told(trial):
+        freed_rho = see_set_free(memory, trial, parts.sets, freed_e, noise, theta, outliers, view, unit, least)
     exchange(memory, past, view.psi, theta, e, since)
     for i in range(view.fresh.size - 1):
         view.psi[i], view.fresh[i] = view.fresh[i], view.psi[i]
@@ -188,10 +223,12 @@ def argue(memory, trial, past, e, R, is_right, theta, evidence, outliers, view, 
 
 
 @kernel
-def time_update_copies(memory, trial, q, waits, b):
+def time_update_copies(memory, trial, sets, are_several, q, waits, b):
     """Take the copies one sample on; ``q`` are the variances that every filter of the bank gains, N of each."""
     N = trial.score.size
     half, first = N * (N + 1) // 2, int(trial.head[LEADER]) * N
+    if are_several:
+        time_update_set_free(memory, trial, sets, q, first, waits, b)
     for k in range(COPIES):
         one, P = mode(trial.copies, k, N), trial.dense[k * half : (k + 1) * half]
         share = trial.head[BEFORE] / own_sigma2(memory, one.own) if k == LEVEL else 1.0

@@ -141,7 +141,8 @@ class Joint(FadingPosterior):
         detector, settle, slopes = watch_of_joint(memory, N, units)
         setting = Setting(
             units, np.diag(self.prior_covariance)[n:], self.scale, kernel_noise.R, N - n - int(model.has_offset),
-            prior_of_parameters(self._s0, self._U0, self._D0, n), n, self._lags(),
+            prior_of_parameters(self._s0, self._U0, self._D0, n), n, self._lags(), poles=n,
+            rows_stay=isinstance(kernel_noise, noises.White),
         )  # fmt: skip
         memory, fades, learns = memory_of_joint(memory, setting)
         if learns and self.form == "array" and len(kappa) == N:

@@ -203,6 +203,7 @@ class JointMIMO(Estimator):
             setting = Setting(
                 self._units[theta], cap[theta], scale, float(np.mean(noise.R[group])), len(theta),
                 prior_of_parameters(*prior, states), states, (lags - lags.min()).astype(float),
+                poles=states if form.outputs == 1 else 0, rows_stay=form.outputs == 1,
             )  # fmt: skip
             own, fades, learns = memory_of_joint(of_some(memory, theta - n, form.N - n), setting)
             found.append((own, state_size(own, len(theta))))
