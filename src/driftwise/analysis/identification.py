@@ -31,6 +31,7 @@ from .growing_noise import STEADY, Growth
 from .identifier import Identifier, Rival
 from .seasons import of_table
 from .segmentation import Visible
+from .table_together import apart
 from .together import Together
 
 CLEARLY = 0.98  # of the error of all models together: so much less, and the chosen one's own forecast is quoted
@@ -357,5 +358,6 @@ class Finder:
             self.table, trace, forecast, self.summary, self.forecast_summary, self.own_summary, changes,
             Diagnosis([*own, *rest]), self.identifier.rivals, self.identifier.chosen, naive, self.identifier.naive,
             self.identifier.center, self.origin, self.log.count - len(known) + len(changes), last, tuple(losses),
-            tuple(breaks), effects, self.log.visible, self.log.growth, tuple(together),
+            tuple(breaks), effects, self.log.visible, self.log.growth,
+            apart(together, changes, self.table.output, grows=self.log.growth.power > 0),
         )  # fmt: skip

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
@@ -20,9 +21,9 @@ SIGNALS = "output", "input", "spare"  # parts of columns that may take part
 def together_of(head: dict[str, Any], table: Table) -> tuple[Together, ...]:
     """Return the changes that several columns have in common in the first rows of a table, on its clock.
 
-    Where parts are known, what moves the output alone, or an input by which somebody acts on it, or such a one and the
-    output, is what the model is about, and not told here; what moves other columns is. Rows that come as they like, and
-    recordings one below the other, are not looked at.
+    Where parts are known, the level of an input by which somebody acts, with the output or without, is what the model
+    is about, and not told here, nor is what moves the output alone, unless inputs were found that may have answered.
+    Rows that come as they like, and recordings one below the other, are not looked at.
     """
     if table.sampling.kind == "irregular" or table.sampling.restarts or table.stacked:
         return ()
@@ -41,14 +42,30 @@ def together_of(head: dict[str, Any], table: Table) -> tuple[Together, ...]:
 
 
 def _is_answer(one: Together, table: Table) -> bool:
-    """Say whether a change is one of which the answer speaks: of the output alone, or of an input, or of both.
+    """Say whether a change is one of which the answer speaks: an input that acts is at another level, perhaps with what
+    the output makes of it; or the output alone changed, and no input was found that may have answered to it.
 
     Inputs that were named act, and those whose name says so; of those that were found by what they do, one that moves
     by itself is news of the table.
     """
+    others = {name for name in one.names if name != table.output}
+    if not others:
+        return "inputs" in table.given or not table.inputs
     acting = {name for name in table.inputs if "inputs" in table.given or parse(name, table[name].unit).score < 0}
-    others = [name for name in one.names if name != table.output]
-    return len(others) <= 1 and set(others) <= acting
+    return len(others) == 1 and others <= acting and others <= one.moves.keys()
+
+
+def apart(found: Iterable[Together], changes, output: str, grows: bool = False) -> tuple[Together, ...]:
+    """Return the changes of columns but those of the output alone that the answer tells itself.
+
+    These are within the dates of one of its ``changes``; or of the noise, where it says that this grows with the level.
+    """
+    return tuple(one for one in found if one.names != (output,) or not _is_told(one, changes, grows))
+
+
+def _is_told(one: Together, changes, grows: bool) -> bool:
+    dates = any(one.times[0] <= change.times[1] and change.times[0] <= one.times[1] for change in changes)
+    return dates or (grows and bool(one.noises))
 
 
 def _on_clock(one: Together, clock) -> Together:

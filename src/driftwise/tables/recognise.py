@@ -18,7 +18,7 @@ from .column_candidates import propose_inputs, propose_output
 from .column_roles import SCORES, SECONDS, Name, parse
 from .counts import Count, counted
 from .derived import derived, is_copy
-from .sampling import Sampling, judge_sampling
+from .sampling import Sampling, judge_sampling, skips_ticks
 from .stuck_sensor import Segment, stuck
 from .table_words import notes_of, words_of
 
@@ -353,9 +353,10 @@ def _clock(columns, names: dict[str, Name], stamps: frozenset[str], wanted) -> s
             score = 1.5  # hours that go on, not those of the day
         if score == 0.0 and names[name].unit in SECONDS and np.all(steps > 0) and name == first:
             score = 1.25  # a row of units says so
-        if score == 0.0:  # no word for it: the first column, if it ticks
+        if score == 0.0:  # no word for it: the first column, if it ticks, each row or not
             ticks = name == first and np.all(steps > 0) and np.ptp(steps) <= 0.02 * np.median(steps)
             ticks &= not (np.all(steps == 1) and values[0] in (0, 1))  # an index, not a clock
+            ticks |= name == first and skips_ticks(values[np.isfinite(values)])
             if not ticks or names[name].kinds:
                 continue
             score = 1.0

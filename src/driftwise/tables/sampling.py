@@ -17,6 +17,8 @@ UNEQUAL = 1e-3  # of a step, by which the usual one may be off the mean: months 
 ROUNDING = 0.02  # of a tick, by which stamps may be off
 WEEKS = 20  # rows, four weeks, below which it is not known that a week rests
 RESTING = 0.01  # share of the rows, that the two days have at most on which a week rests
+NEXT = 0.5  # of how often its commonest step comes, that a clock shows the next tick
+READ = 20  # steps, below which it is not known what they are multiples of
 DENSEST = 6  # rows of the regular clock per row of the file, at most
 
 
@@ -140,6 +142,24 @@ def divisor(steps, least: float) -> float:
             return float(f"{size:.9g}") if size >= least else 0.0
         size = float(rest[rest > ROUNDING * size].min())
     return 0.0
+
+
+def skips_ticks(stamps) -> bool:
+    """Say whether numbers (T,) are a clock that was read at some of its ticks: often enough the very next one was.
+
+    What grows by itself, as a meter does, has no least step that is its usual one. Steps of one may be an index.
+
+    >>> skips_ticks(15.0 * np.cumsum([1, 3, 1, 2, 1, 1, 4] * 3)), skips_ticks(np.cumsum([1.0, 3, 1, 2, 1, 1, 4] * 3))
+    (True, False)
+    """
+    steps = np.diff(stamps)
+    if steps.size < READ or not np.all(steps > 0):
+        return False
+    tick = divisor(steps, float(steps.sum()) / (DENSEST * steps.size))
+    if tick in (0.0, 1.0):
+        return False
+    many = np.bincount(np.rint(steps / tick).astype(int))
+    return bool(many[1] >= NEXT * many.max())
 
 
 def starts_again(stamps, dt: float, start: float, values=None, known: int = 0):
