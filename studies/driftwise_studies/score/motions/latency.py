@@ -11,6 +11,8 @@ from collections.abc import Callable
 
 import numpy as np
 
+from .drawing import between
+
 LATENCY = 0.3, 1.3  # s
 APART = 10.0, 100.0  # s between two positions that come late, in the mean, of a scene ..
 FEWEST = 10.0  # .. and plots, at least
@@ -20,11 +22,6 @@ WANDERING = 0.1  # s, what a latency changes by in a second
 DWELLING = 1.0, 30.0  # plots from one station in a row, in the mean
 SLOWING = 0.1, 0.3  # share of the late ones in a descent: of what slows down, and is near the ground
 ROUNDED = 0.1, 1.0  # s, of the clock that stamps
-
-
-def between(rng, span: tuple[float, float]) -> float:
-    """Return a number whose logarithm is uniform."""
-    return float(np.exp(rng.uniform(*np.log(span))))
 
 
 def begins(rng, time) -> np.ndarray:
