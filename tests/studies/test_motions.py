@@ -11,7 +11,7 @@ from driftwise_studies.score.motions.exact import Found, exact, filtered, report
 from driftwise_studies.score.motions.field import Total, by_kind, by_trouble
 from driftwise_studies.score.motions.jets import alone, imm
 from driftwise_studies.score.motions.laws import ACROSS, ALONG, STRAIGHT, Law, Legs, move
-from driftwise_studies.score.motions.measured import one, onsets, play, runs
+from driftwise_studies.score.motions.measured import one, onsets, play, runs, within
 from driftwise_studies.score.motions.scene import ALONE, KINDS, Scene, Sensor
 from driftwise_studies.score.motions.simulation import Path
 
@@ -204,6 +204,19 @@ def test_who_knows_the_laws_of_a_motion_knows_where_plots_lie():
     assert words.splitlines()[2] == (
         "| all | 2 | 1 | 0.500 | 0.500 | 5.00 | 0.500 | 0.500 | 0.500 | 1.000 | 0.500 | 0.000 | 1.000 |"
     )
+
+
+def test_who_knows_the_laws_of_a_motion_sees_manoeuvres_while_they_last():
+    """Its probability is calibrated: where it says one in five or four in five, so many plots are in one."""
+    believed, lasts = [], []
+    for k in (1, 2, 4, 5, 7):
+        drawn = alone(draw(0, k))
+        seen = simulate(drawn)
+        believed.append(exact(drawn, seen.plots.time, seen.plots.position, 300).moving[3:])
+        lasts.append(within(seen.plots.time, seen.paths[0].manoeuvres)[3:])
+    p, truth = np.concatenate(believed), np.concatenate(lasts)
+    assert np.mean(p) == pytest.approx(np.mean(truth), abs=0.08)
+    assert np.mean(truth[p < 0.2]) < 0.2 < 0.8 < np.mean(truth[p > 0.8])
 
 
 def test_who_knows_how_plots_err_knows_where_they_lie():

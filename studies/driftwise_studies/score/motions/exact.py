@@ -94,6 +94,7 @@ class Said(NamedTuple):
     variance: np.ndarray
     normal_score: np.ndarray
     log_score: np.ndarray  # (T,) of the whole plot
+    moving: np.ndarray  # (T,) probability that a manoeuvre lasts, that plot included
 
 
 def spread_out(rng, law: Law, legs: Legs, x, P, weight, d: float, more: int):
@@ -118,7 +119,7 @@ def exact(scene: Scene, time, position, particles: int, errors: Errors | None = 
     rests, n = "rests" in scene.troubles, particles
     rng, law = np.random.default_rng([*scene.seed, 5]), Law(scene.kind, scene.sensors[0].scan, rests)
     nothing = np.full((len(time), 2), np.nan)
-    made = Said(nothing.copy(), nothing.copy(), nothing.copy(), nothing[:, 0].copy())
+    made = Said(nothing.copy(), nothing.copy(), nothing.copy(), nothing[:, 0].copy(), np.zeros(len(time)))
     u = (rng.permutation(n) + rng.random(n)) / n
     v, way = np.exp(law.speed[0] + u * (law.speed[1] - law.speed[0])), 2 * np.pi * rng.random(n)
     x = np.zeros((n, 5))
@@ -148,6 +149,7 @@ def exact(scene: Scene, time, position, particles: int, errors: Errors | None = 
         made.normal_score[k] = normal_score(w @ seen.below, w @ seen.above)
         made.log_score[k] = log.max() + np.log(np.sum(np.exp(log - log.max())))
         legs, x, P, w = legs1, seen.x, seen.P, after
+        made.moving[k] = w[legs.mode != STRAIGHT].sum()
         P = 0.5 * (P + np.swapaxes(P, 1, 2))
         q = np.sqrt(w)
         q /= q.sum()

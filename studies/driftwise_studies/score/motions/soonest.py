@@ -1,0 +1,85 @@
+"""How soon a manoeuvre can be told: by a filter that knows all laws, and by ours, where plots are 1 to 4 s apart.
+
+The exact filter (`exact`, with the law of every plot's error) tells an onset where its probability of a manoeuvre rises
+above a threshold, and may tell the next once it was below `OVER`. Objects of one sensor, 30 to 320 plots, no animals.
+Delays are from the true beginning, the median of those told: what nobody can shorten is the time that a manoeuvre
+takes to lead away from straight flight.
+
+Run: python -m driftwise_studies.score.motions.soonest [--seed 0] [--scenes 1000]
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+
+import numpy as np
+
+from driftwise.estimators.track.estimator import TrackEstimator
+
+from .bound import EDGES
+from .drawing import asked, draw
+from .errors import known
+from .exact import exact
+from .field import table
+from .measured import FIRST, onsets
+from .scene import Scene
+from .simulation import Seen, simulate
+
+SCANS, MOST = (1.0, 4.0), 320  # s from plot to plot, and plots of a track
+THRESHOLDS, OVER = (0.5, 0.7, 0.8, 0.9, 0.95), 0.3  # of the probability of a manoeuvre
+WORK, PARTICLES = 250_000, (1000, 3000)  # particles times plots of a track, and particles
+HEAD = "onset", "quiet plots", "false onsets, of 1000", "told", "median delay, s"
+
+
+def risen(probability: np.ndarray, threshold: float) -> np.ndarray:
+    """Return where an onset is told, (T,): the threshold is passed, and one told before is over.
+
+    >>> np.flatnonzero(risen(np.array([0, 0, 0, 0, 0, 0, 0.9, 0.6, 0.9, 0.1, 0.9]), 0.8)).tolist()
+    [6, 10]
+    """
+    told, lasts = np.zeros(len(probability), bool), False
+    for k, p in enumerate(probability):
+        told[k] = not lasts and p > threshold and k >= FIRST + 3
+        lasts = told[k] or (lasts and p > OVER)
+    return told
+
+
+def followed(scene: Scene, seen: Seen, who: int) -> dict[str, tuple]:
+    """Return quiet plots, false onsets and delays of one object by who tells them."""
+    at = np.flatnonzero(seen.object == who)
+    time, position, variance = seen.plots.time[at], seen.plots.position[at], seen.plots.covariance[at]
+    errors = known(scene, np.zeros(len(at), int), variance[:, 0, 0], seen.wild[at])
+    said = exact(scene, time, position, int(np.clip(WORK // len(at), *PARTICLES)), errors)
+    estimator = TrackEstimator(scene.kind.told)
+    told = {f"exact, above {p:g}": risen(said.moving, p) for p in THRESHOLDS}
+    told |= {"ours": estimator.scan(time, position).onset}
+    told |= {"ours, told the variance": estimator.scan(time, position, variance).onset}
+    scan = scene.sensors[0].scan
+    return {name: onsets(scene, time, onset, seen.paths[who], scan) for name, onset in told.items()}
+
+
+def main(arguments=None) -> None:
+    """Print the table."""
+    seed, scenes = asked(__doc__, arguments, scenes=1000)
+    found = defaultdict[str, list[tuple]](list)
+    for scene in (draw(seed, k) for k in range(scenes)):
+        if scene.name == "animal" or len(scene.sensors) > 1 or not SCANS[0] <= scene.sensors[0].scan < SCANS[1]:
+            continue
+        seen = simulate(scene, stated=True)
+        for who in range(scene.objects):
+            if EDGES[0] <= np.sum(seen.object == who) <= MOST:
+                for name, one in followed(scene, seen, who).items():
+                    found[name].append(one)
+    print(table([row(name, some) for name, some in found.items()], HEAD))
+
+
+def row(name: str, some: list[tuple]) -> list[str]:
+    """Return a row of the table."""
+    quiet, false, delays = sum(one[0] for one in some), sum(one[1] for one in some), [d for one in some for d in one[2]]
+    told = np.isfinite(delays)
+    median = float(np.median(np.array(delays)[told]))
+    return [name, f"{quiet}", f"{1000 * false / quiet:.2f}", f"{told.mean():.2f} of {len(told)}", f"{median:.1f}"]
+
+
+if __name__ == "__main__":
+    main()
