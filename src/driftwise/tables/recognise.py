@@ -12,54 +12,20 @@ from driftwise.engine.errors import InputError
 
 from ..engine.validation import size
 from ..results.numbers import instant, lasting, reading, usual_unit
-from .calendar import is_beyond, starts_over
-from .cleaning import Belief, judged
+from .calendar import starts_over
+from .cleaning import judged
 from .column_candidates import propose_inputs, propose_output
-from .column_roles import SCORES, SECONDS, Name, parse
+from .column_roles import SECONDS, Name, parse
 from .counts import Count, counted
 from .derived import derived, is_copy
+from .one_column import Column, barred_by_itself, measured
 from .sampling import Sampling, judge_sampling, skips_ticks
-from .stuck_sensor import Segment, stuck
+from .stuck_sensor import stuck
 from .table_words import notes_of, words_of
 
 SHOWN = 8  # columns that a message lists
 LARGE = "numbers beyond 1e100"
 OUT_OF_STEP = 0.05  # share of stamps that may go back
-DOUBTFUL = 0.5  # share of the rows whose values are not believed, above which a column is no signal
-PACED = 0.8  # share of the steps from value to value that are alike where a column is measured every so many rows
-LEAST_ROWS, EARLY = 100, 0.1  # rows, and the share of them, after which a column without a value is none
-MARKS = 20  # values that a mark may have, at most
-MEASURED = frozenset(("anomaly", "class", "quality"))  # marks by name that may be quantities: a deviation, seats
-
-
-@dataclass(frozen=True)
-class Column:
-    """One column of a table.
-
-    role : "time", "output", "input", or why it is neither: "text", "empty", "constant", "duplicate", "counter",
-        "label", "stuck", "doubted", "spare"
-    why : the reason, in a few words
-    unit : from a row of units or from the name, "" if there is none
-    missing : share of the first rows without a value
-    resolution : the step in which values are written, 0 where none shows
-    belief : range, drop-outs and codes for "missing" (`Belief`), None where the column holds no numbers
-    doubted : values of the first rows that are not believed
-    helps : share of the error variance of a prediction that a proposed input takes away
-    stuck : segments of the first rows in which the sensor is stuck
-    ten : power of ten that the numbers are counted in
-    """
-
-    name: str
-    role: str = "spare"
-    why: str = ""
-    unit: str = ""
-    missing: float = 0.0
-    resolution: float = 0.0
-    belief: Belief | None = None
-    doubted: int = 0
-    helps: float = 0.0
-    stuck: tuple[Segment, ...] = ()
-    ten: int = 0
 
 
 class Reading(NamedTuple):
@@ -206,7 +172,7 @@ def recognise(
         name: Column(name, "text", LARGE if name in beyond else "words, not numbers", names[name].unit)
         for name in columns
     }
-    found |= {name: _measured(name, values, names[name].unit, *beliefs[name]) for name, values in numbers.items()}
+    found |= {name: measured(name, values, names[name].unit, *beliefs[name]) for name, values in numbers.items()}
     for name in (output, time):
         if name is not None and found[name].role in ("constant", "empty"):
             raise InputError(
@@ -220,7 +186,7 @@ def recognise(
     known = counted(clock, names[time]) if time is not None and time not in stamps else None
     count = known or Count(1.0)
     _take_stuck(found, clean, names, {time, *stamps})
-    barred = {name: _barred(names[name], found[name], clean[name]) for name in clean if name != time}
+    barred = {name: barred_by_itself(names[name], found[name], clean[name]) for name in clean if name != time}
     barred |= {name: ("counter", "a part of the dates") for name in parts if name in clean and not barred.get(name)}
     signals = {name: clean[name] for name in clean if name not in {time, *stamps} and not barred[name]}
     why = derived(signals, {name: _standing(names[name]) + 20.0 * (name in wanted) for name in signals})
@@ -291,25 +257,6 @@ def worded(table: Table) -> Table:
     return replace(table, notes=tuple(notes_of(table)), words=words_of(table))
 
 
-def _measured(name: str, values, unit: str, belief: Belief, doubt) -> Column:
-    """Return what the values of one column say of it alone."""
-    fine = values[np.isfinite(values) & ~doubt]
-    missing = float(np.mean(~np.isfinite(values)))
-    column = Column(name, "spare", "", unit, missing, _resolution(fine), belief, int(doubt.sum()))
-    if not fine.size:
-        return replace(column, role="empty", why="no value")
-    if fine.min() == fine.max():
-        return replace(column, role="constant", why=f"always {fine[0]:g}")
-    last = int(np.flatnonzero(np.isfinite(values))[-1])
-    if len(values) >= LEAST_ROWS and last < EARLY * len(values):  # settings, beside the first rows
-        return replace(column, role="empty", why=f"no value after row {last + 1}")
-    moves = np.flatnonzero(np.diff(fine))
-    still = fine.size - 1 - moves[-1]
-    if still > 50 and still >= 0.5 * fine.size and moves.size > 0.5 * (fine.size - still):
-        return replace(column, role="stuck", why=f"reads {fine[-1]:g} for the last {still} of {fine.size} values")
-    return column
-
-
 def _take_stuck(found: dict[str, Column], clean, names: dict[str, Name], clocks) -> None:
     """Take the readings of stuck sensors out of the columns, and note them; what is set by somebody may rest."""
     moving = {n: v for n, v in clean.items() if n not in clocks and not np.all(np.diff(v[np.isfinite(v)]) >= 0)}
@@ -322,17 +269,6 @@ def _take_stuck(found: dict[str, Column], clean, names: dict[str, Name], clocks)
             found[name] = replace(found[name], stuck=tuple(segments[name]), belief=belief._replace(still=still))
             for one in segments[name]:
                 clean[name][one.start : one.stop] = np.nan
-
-
-def _resolution(values) -> float:
-    """Return the step of a column that is written in steps, 0 where none shows."""
-    levels = np.unique(values)
-    if levels.size < 2 or levels.size > 0.5 * values.size:
-        return 0.0
-    gaps = np.diff(levels)
-    step = float(np.quantile(gaps, 0.05))
-    gaps = gaps[gaps > 0.5 * step] / step
-    return float(f"{step:.6g}") if np.mean(np.abs(gaps - np.round(gaps)) < 0.15) > 0.9 else 0.0
 
 
 def _clock(columns, names: dict[str, Name], stamps: frozenset[str], wanted) -> str | None:
@@ -371,41 +307,3 @@ def _standing(name: Name) -> float:
     order = ("computed", "output", "quantity", "setpoint", "disturbance", "drive", "device", "command")
     kind = next((kind for kind in order if kind in name.kinds), "")
     return -5.0 * bool(kind) if kind in ("", "computed") else 10.0 - order.index(kind)
-
-
-def _is_paced(values) -> bool:
-    """Whether a column has a value every so many rows, as one that is measured less often than the others.
-
-    >>> k = np.arange(70)
-    >>> _is_paced(np.where(k % 7, np.nan, 1.0)), _is_paced(np.where(k % 7 * (k % 5), np.nan, 1.0))
-    (True, False)
-    """
-    steps = np.diff(np.flatnonzero(np.isfinite(values)))
-    return steps.size > 1 and bool(np.mean(steps == np.median(steps)) > PACED)
-
-
-def _barred(name: Name, column: Column, values):
-    """Return (role, why) of a column that takes no part by what it is itself, None if it may."""
-    if column.role != "spare":
-        return column.role, column.why
-    kinds = name.kinds
-    if column.doubted > DOUBTFUL * len(values) and not _is_paced(values):
-        return "doubted", f"{column.doubted} of its first {len(values)} values stand for a missing one"
-    fine = values[np.isfinite(values)]
-    whole = bool(np.all(fine == np.round(fine)))
-    is_measured = bool(MEASURED & set(name.words)) and not whole and len(np.unique(fine)) > MARKS
-    if "label" in kinds and "output" not in kinds and not is_measured:
-        return "label", "a mark that somebody set, by its name"
-    if kinds & {"time", "calendar"} and not kinds & SCORES.keys() and not is_beyond(name.base, fine):
-        return "counter", "a part of the calendar, by its name"
-    steps = np.diff(fine)
-    if whole and steps.size and np.all((steps == 0) | (steps == 1)) and not kinds & SCORES.keys() - {"source"}:
-        if steps.sum() >= 2:
-            return "counter", "counts upwards"
-    is_index = "rownames" in name.words and len(np.unique(fine)) == len(fine)  # of a table that was sorted since
-    is_index |= name.base == "column1" and bool(np.all(steps > 0))  # of one of which some rows were taken
-    if whole and (is_index or ("counter" in kinds and np.mean(steps >= 0) > 0.95)):
-        return "counter", "counts, by its name" if "counter" in kinds else "counts upwards"
-    if "logger" in kinds and name.score > -2:
-        return "logger", "of the logger itself, by its name"
-    return None
