@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from driftwise_studies.score.claims.lags import changing, plain
 from driftwise_studies.score.claims.simulation import record
+from slopes import check_slopes
 
 import driftwise as dw
 from driftwise.analysis.answer_times import slowed_by
@@ -89,11 +90,7 @@ def test_slopes_are_those_of_differences():
     plant = plain(5, 4)
     data = record(plant, 5)
     now = begin(recorded(data.y, data.u)[0]).with_speed(200, 0.3).with_gain(0, 250, 0.2).with_speed(300, -0.2)
-    slopes, theta = now.steep(), now.theta
-    for j in range(len(theta)):
-        h = 1e-6 * max(abs(theta[j]), 1e-2) * np.eye(1, len(theta), j)[0]
-        by_difference = (now.at(theta - h).left - now.at(theta + h).left) / (2 * h[j])
-        assert np.allclose(slopes[:, j], by_difference, atol=1e-4 * abs(by_difference).max() + 1e-9)
+    check_slopes(now)
 
 
 def test_the_scan_of_all_places_is_that_of_each():
