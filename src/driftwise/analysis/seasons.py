@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import math
+
+import numpy as np
+from scipy.ndimage import uniform_filter1d
+
 from ..estimators.seasonal.estimator import season_lengths
 from ..results.numbers import listed
 from ..tables.clock import DAY
@@ -39,6 +44,29 @@ def checked(season) -> tuple[int, ...] | None:
 def held(seasons, samples: int) -> tuple[int, ...]:
     """Return those that so many measured outputs hold several times."""
     return tuple(s for s in seasons if SEEN * s <= samples)
+
+
+def unseasoned(x, seasons) -> np.ndarray:
+    """Return a column (T,) without the seasons that it has: means about the mean of a season, by BIC.
+
+    >>> t, rng = np.arange(240), np.random.default_rng(0)
+    >>> x = rng.normal(size=240)
+    >>> left = unseasoned(x + 5 * np.cos(2 * np.pi * t / 12), (12,))
+    >>> float(np.std(left - x)) < 0.4, unseasoned(x, (12,)) is x
+    (True, True)
+    """
+    for season in held(seasons, int(np.isfinite(x).sum())):
+        there = np.flatnonzero(np.isfinite(x))
+        whole = np.interp(np.arange(len(x)), there, x[there])
+        about = whole - uniform_filter1d(whole, season, mode="nearest")
+        means = np.array([about[there[there % season == phase]].mean() for phase in range(season)])
+        means -= means.mean()
+        again = means[np.arange(len(x)) % season]
+        rows = len(there)
+        before, after = (float(np.sum(part[there] ** 2)) for part in (about, about - again))
+        if rows * math.log(max(after, 1e-300) / max(before, 1e-300)) + season * math.log(rows) < 0.0:
+            x = x - again
+    return x
 
 
 def season_words(seasons, table: Table) -> str:

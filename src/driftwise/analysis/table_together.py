@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
@@ -13,8 +14,10 @@ from ..results.numbers import listed, odds_words
 from ..tables.cleaning import judged
 from ..tables.column_roles import parse
 from ..tables.recognise import Table
+from .seasons import of_table, unseasoned
 from .together import MOST_COLUMNS, Together, together
 
+BEFORE = 8  # parts of a record, one of which says at what level a column was before it changed
 SIGNALS = "output", "input", "spare"  # parts of columns that may take part
 
 
@@ -23,22 +26,53 @@ def together_of(head: dict[str, Any], table: Table) -> tuple[Together, ...]:
 
     Where parts are known, the level of an input by which somebody acts, with the output or without, is what the model
     is about, and not told here, nor is what moves the output alone, unless inputs were found that may have answered.
-    Rows that come as they like, and recordings one below the other, are not looked at.
+    Columns are seen without the seasons of the clock, counts and amounts by their logarithms. Rows that come as they
+    like, and recordings one below the other, are not looked at.
     """
     if table.sampling.kind == "irregular" or table.sampling.restarts or table.stacked:
         return ()
     order = sorted(table.columns, key=lambda one: SIGNALS.index(one.role) if one.role in SIGNALS else len(SIGNALS))
-    names = [one.name for one in order if one.role in SIGNALS][:MOST_COLUMNS]
-    columns = {name: np.array(head[name], float) for name in names}
+    few = {one.name for one in [one for one in order if one.role in SIGNALS][:MOST_COLUMNS]}
+    columns = {one.name: np.array(head[one.name], float) for one in table.columns if one.name in few}
     for name, (_, doubt) in judged(columns).items():
         columns[name][doubt] = np.nan
         for segment in table[name].stuck:
             columns[name][segment.start : segment.stop] = np.nan
-    found = [one for one in together(columns) if table.is_ambiguous or not _is_answer(one, table)]
+    levels, seasons = {}, of_table(table)
+    for name, x in columns.items():
+        columns[name] = unseasoned(x, seasons)
+        relative = _logarithms(x, columns[name], seasons)
+        if relative is not None:
+            columns[name], levels[name] = relative, x
+    found = [_in_units(one, levels) for one in together(columns)]
+    found = [one for one in found if table.is_ambiguous or not _is_answer(one, table)]
     if table.time is None:
         return tuple(_on_clock(one, np.arange(table.rows, dtype=float)) for one in found)
     clock = held(table.count.time(np.asarray(head[table.time], float)))
     return tuple(_on_clock(one, clock) for one in found)
+
+
+def _logarithms(x, usual, seasons) -> np.ndarray | None:
+    """Return the logarithms of a column (T,), without seasons, where they are likelier to move by steps of one size.
+
+    ``usual`` is the column without seasons. As counts and amounts are: the larger, the louder.
+    """
+    there = np.isfinite(x)
+    if not there.any() or x[there].min() <= 0.0:
+        return None
+    logs = unseasoned(np.log(x), seasons)
+    before, after = (float(np.nanmean(np.diff(part) ** 2)) for part in (usual, logs))
+    if not (before > 0.0 and after > 0.0):
+        return None
+    gained = 0.5 * there.sum() * math.log(before / after) - np.log(x[there]).sum()
+    return logs if gained > 0.0 else None
+
+
+def _in_units(one: Together, levels: dict[str, np.ndarray]) -> Together:
+    """Return a change with sizes in the units of its columns, those of which the logarithms moved included."""
+    first = max(one.since - len(next(iter(levels.values()), ())) // BEFORE, 0)
+    usual = {name: float(np.nanmedian(x[first : max(one.since, 1)])) for name, x in levels.items() if name in one.moves}
+    return replace(one, moves={n: usual[n] * math.expm1(by) if n in usual else by for n, by in one.moves.items()})
 
 
 def _is_answer(one: Together, table: Table) -> bool:
