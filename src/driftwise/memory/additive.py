@@ -52,6 +52,17 @@ def weigh_kinds(memory, past, psi, theta, e, V, y):
 
 
 @kernel
+def as_expected(memory, past, row, c):
+    """Return the row with what outliers among it were expected to be: it is how large regressors are. ``c`` is scratch.
+
+    Of a wrong number a share stays there, which tells nothing of them, and is too large to be forgotten soon.
+    """
+    for i in range(row.size):
+        c[i] = past.expected[i] if i < int(memory.past) and past.rho[i] > 0.0 else row[i]
+    return c
+
+
+@kernel
 def clipped(e, V):
     """Return e^2/V, that of CLIP deviations at most."""
     return min(e * e / V, CLIP * CLIP)
