@@ -138,8 +138,11 @@ def density(e, S):
     return -0.5 * (e * e / S + np.log(S))
 
 
-def follow(may: Worlds, psi, y, sigma, start, most: int, rng, is_weighted: bool):
-    """Return the mean of theta at every sample; ``sigma`` is that of the noise before it steps; ``start`` the prior."""
+def follow(may: Worlds, psi, y, sigma, start, most: int, rng, is_weighted: bool, shy=1.0):
+    """Return the mean of theta at every sample; ``sigma`` is that of the noise before it steps; ``start`` the prior.
+
+    ``shy``: what hypotheses of a jump count in that mean, over their probability.
+    """
     W, n = may.q.shape
     q, who = may.q.copy(), np.arange(W)
     theta, P = np.zeros((W, n)), np.tile(np.diag(start), (W, 1, 1))
@@ -184,6 +187,7 @@ def follow(may: Worlds, psi, y, sigma, start, most: int, rng, is_weighted: bool)
             theta = theta + K * e[:, None]
             P = P - K[:, :, None] * gain[:, None]
         weights = np.exp(logs - logs.max()) * (may.weight[who] if is_weighted else 1.0)
+        weights = weights * np.where(jumped > 0, shy, 1.0)
         found[k] = weights @ theta / weights.sum()
         if W > 1 and k and k % OFTEN == 0:
             p = np.exp(logs - logs.max())
