@@ -28,6 +28,7 @@ from .together_evidence import (
     moved,
     odds_of,
     scaled,
+    shared,
     unstuck,
 )
 from .together_noise import RAMPS, Shapes, shapes_of
@@ -40,6 +41,7 @@ SEVERAL = math.log(20.0)  # of those of several columns against one, that severa
 OUTSIDE = np.array([0.025, 0.975])  # shares of dates below and above an interval
 NAMED = 0.9  # from which chance on a column is said to take part
 OFTEN, MOST, PASSES = 3, 3, 8  # changes of a column from which on they are how it is run; that are told; looked for
+SHARED = 1, 3  # of what other columns share, that a column may follow alone
 MOST_COLUMNS = 16  # that are looked at
 NEXT = 2  # blocks within which two changes are one
 AROUND = 4  # blocks on either side of a change, that say between which levels it goes
@@ -81,27 +83,34 @@ class Together:
 
 
 class Look(NamedTuple):
-    """What is seen of a column: its level by itself, beside those before it, and beside all others; its loudness."""
+    """What is seen of a column: its level by itself, beside those before it, and beside all others; its loudness.
+
+    Beside others it is seen in several ways, beside what these share and, last, beside each of them (`beside`).
+    """
 
     level: Evidence
-    former: Evidence | None
-    others: Evidence | None
+    former: tuple[Evidence, ...]
+    others: tuple[Evidence, ...]
     noise: Evidence | None
 
     @property
     def likelier(self) -> Evidence:
-        """The level by itself or beside all others, whichever makes it likelier."""
-        return self.level if self.others is None or self.level.none > self.others.none else self.others
+        """The level by itself or beside all others, whichever makes it likelier: of a change of several columns."""
+        return max((self.level, *self.others[-1:]), key=lambda way: way.none)
+
+    def likeliest(self, k: int) -> Evidence:
+        """The level as shape k of this column alone makes it likeliest."""
+        return max((self.level, *self.others), key=lambda way: float(way.shapes[k]))
 
     @property
     def joint(self) -> np.ndarray:
         """Log odds that it takes part, by shape, where those before it may, too."""
-        return _either(odds_of(self.level, self.former), self.noise)
+        return _either(odds_of(self.level, *self.former), self.noise)
 
     @property
     def alone(self) -> np.ndarray:
         """Log odds that it moves, by shape, and no other does."""
-        return _either(odds_of(self.level, self.others), self.noise)
+        return _either(odds_of(self.level, *self.others), self.noise)
 
 
 def _either(level, noise: Evidence | None):
@@ -160,11 +169,17 @@ def looks(x: dict[str, np.ndarray], loud: dict[str, np.ndarray | None]) -> dict[
     names, found = list(x), {}
     X = np.column_stack([scaled(x[name])[0] for name in names])
     for j, name in enumerate(names):
-        former = evidence(x[name], X[:, :j]) if j else None
-        others = former if j == len(names) - 1 else evidence(x[name], np.delete(X, j, axis=1))
+        former = beside(x[name], X[:, :j])
+        others = former if j == len(names) - 1 else beside(x[name], np.delete(X, j, axis=1))
         now = loud[name]
         found[name] = Look(evidence(x[name]), former, others, None if now is None else evidence(now, steady=STEADY))
     return found
+
+
+def beside(x, X) -> tuple[Evidence, ...]:
+    """Return what is seen of a column beside others (n, q): beside what these share, more or less of it, and all."""
+    q = X.shape[1]
+    return (*(evidence(x, shared(X, k)) for k in SHARED if k < q), evidence(x, X)) if q else ()
 
 
 class Part(NamedTuple):
@@ -196,7 +211,7 @@ def likeliest(seen: dict[str, Look], T: int) -> tuple[Together, dict[str, Part],
     noises = {name: math.exp(part.louder / 2) for name, part in parts.items() if part.noise_share > NAMED}
     if several[k] - one[k] < SEVERAL or not (moves or noises):
         name = list(seen)[int(np.argmax(alone[:, k]))]
-        part = parts[name]
+        part = part_of(seen[name].likeliest(k), seen[name].noise, k)
         moves = {name: part.size} if part.share > min(NAMED, part.noise_share) else {}
         noises = {name: math.exp(part.louder / 2)} if part.noise_share > min(NAMED, part.share) else {}
         parts = {name: part}

@@ -3,6 +3,7 @@
 Two things may be said of a column of which others tell something: it is itself, with a noise of its own; or it follows
 the others by coefficients that nobody knows, and what is left has a noise of its own. Both are weighed by how likely
 they make what was seen (`odds_of`), so that what mains, load or warming do to all columns hides a change of none.
+What the others share is little (`shared`): to follow that costs fewer numbers than to follow each of them.
 """
 
 from __future__ import annotations
@@ -16,11 +17,11 @@ from scipy.ndimage import median_filter
 
 from .together_noise import EACH_SLOW, NOTHING_SLOW, TINY, noises, shapes_of
 
-SIZES = 0.3, 3.0  # variances of what a change does to a column, in those of the column about its mean
+SIZES = 0.3, 6.0, 120.0  # variances of what a change does to a column, in those of the column about its mean
 STEADY = 0.75  # how likely the noise of a sensor is as loud throughout, or changes by chance alone
 FOLLOWS = 30.0  # variance of what a column follows another by, both scaled, in that of the noise
 EXACT = 1e-6  # of its squares, that others are never said to know of a column
-KEEP = 9.0  # nats below the best noise, from which on one is left out
+KEEP = 6.0  # nats below the best noise, from which on one is left out
 COARSE = 29  # of so many shapes one is looked at to know which noises may be left out
 FEW, FAR = 15, 4.0  # rows of the median that single values are held against; deviations that one may be from it
 RESTING = 0.6  # of the rows, that a sensor may repeat itself for its noise to be heard in its digits
@@ -103,31 +104,41 @@ def evidence(x, beside=None, steady: float = NOTHING_SLOW) -> Evidence:
     few = np.arange(0, len(shapes.begin), COARSE)
 
     def of_few(steps):
-        first, last = (shapes.ramp[few] * len(shapes.dates) + part[few] for part in (shapes.begin, shapes.end))
-        return steps[..., first] - np.where(shapes.end[few] < 0, 0.0, steps[..., last])
+        return steps[..., shapes.first[few]] - steps[..., shapes.last[few]]
 
     free = _free(grid.free[:, few], None if by.others is None else of_few(by.others))
     along = of_few(by.along)
-    some = likelihoods(by.constant[:, None], by.whole[:, None], free, along, SIZES[-1], n).max(axis=1)
-    own = np.flatnonzero((none > none.max() - KEEP) | (some > some.max() - KEEP))
+    some = np.array(
+        [likelihoods(by.constant[:, None], by.whole[:, None], free, along, v, n).max(axis=1) for v in SIZES]
+    )
+    may = (none > none.max() - KEEP) | (some > some.max() - KEEP)  # (sizes, noises)
+    own, may = np.flatnonzero(may.any(axis=0)), may[:, may.any(axis=0)]
     top, ratio = float(some.max()), np.zeros(len(shapes.begin))
-    for i in own:
+    for i, sizes in zip(own, may.T):
         along = shapes.of_steps(by.along[i])
         free = _free(grid.free[i], None if by.others is None else shapes.of_steps(by.others[i]))
-        for v in SIZES:
-            ratio += np.exp(likelihoods(by.constant[i] - top, by.whole[i], free, along, v, n))
+        for v in np.array(SIZES)[sizes]:
+            ratio += np.exp(likelihoods(float(by.constant[i] - top), float(by.whole[i]), free, along, float(v), n))
     found = np.log(ratio / len(SIZES) + 1e-300) + top
     return Evidence(float(np.logaddexp.reduce(none)), found, own, x, beside, size)
 
 
+def shared(X, q: int) -> np.ndarray:
+    """Return what columns (n, p) share, the most of it first: q principal components, each of deviation one."""
+    U = np.linalg.svd(X, full_matrices=False)[0][:, :q]
+    return U * math.sqrt(len(X))
+
+
 def _free(free, others):
     """Return squares of white shapes, without what others (.., q, shapes) say of them."""
-    return free if others is None else np.maximum(free - (others**2).sum(axis=-2), np.float32(TINY))
+    if others is None:
+        return free
+    return np.maximum(free - np.einsum("...qk,...qk->...k", others, others), np.float32(TINY))
 
 
 def likelihoods(constant, whole, free, along, v: float, n: int):
     """Return log likelihoods of shapes of a size of variance v."""
-    left = whole - along * along / (free + np.float32(1 / v))
+    left = np.maximum(whole - along * along / (free + np.float32(1 / v)), EXACT * whole)
     return constant - 0.5 * (n - 1) * np.log(left) - 0.5 * np.log1p(np.float32(v) * free)
 
 
@@ -148,10 +159,8 @@ def moved(one: Evidence, k: int) -> tuple[float, float]:
 
 
 def of_shape(steps, shapes, k: int):
-    """Return (.., 1) of what is linear in shape k, from that of the steps, (.., ramps x dates)."""
-    at = shapes.ramp[k] * len(shapes.dates)
-    first = steps[..., [at + shapes.begin[k]]]
-    return first if shapes.end[k] < 0 else first - steps[..., [at + shapes.end[k]]]
+    """Return (.., 1) of what is linear in shape k, from that of the steps and of none, (.., ramps x dates + 1)."""
+    return steps[..., [shapes.first[k]]] - steps[..., [shapes.last[k]]]
 
 
 def odds_of(*ways: Evidence | None) -> np.ndarray:

@@ -16,10 +16,11 @@ from scipy.linalg import solve_triangular, toeplitz
 
 FAST = ((0.0, 0.5), (0.5, 0.3), (0.8, 0.2))  # what a block keeps of the one before, and how likely that is
 NOTHING_SLOW, EACH_SLOW = 0.25, 0.75  # how likely a column has nothing slow, or something
-POWERS = 0.1, 0.4, 1.6, 6.0, 25.0  # variance of what is slow, that of what is fast being one
-WALKS = (*POWERS, 400.0)  # the same of a walk, over the record
+POWERS = 0.1, 0.5, 2.5, 12.0, 60.0, 300.0  # variance of what is slow, that of what is fast being one
+WALKS = (*POWERS, 1500.0)  # the same of a walk, over the record
+BENDS = (*POWERS, 1500.0, 7500.0, 40000.0)  # and of what has no kinks
 FORGETS = 0.03, 0.1, 0.3  # of the record: the time in which something slow forgets
-SMOOTH = 0.1, 0.3  # the same of something that has no kinks
+SMOOTH = 0.1, 0.3, 1.0  # the same of something that has no kinks
 CYCLES = 1.5, 3.0, 6.0, 12.0, 24.0  # in a record, of something that swings
 LASTS = 3.0  # cycles after which a swing is forgotten
 RAMPS = 1 / 64, 3 / 64, 8 / 64  # of the record, within which a change comes
@@ -35,6 +36,8 @@ class Shapes(NamedTuple):
     end: np.ndarray
     ramp: np.ndarray
     chance: np.ndarray
+    first: np.ndarray  # the place of the step it begins with among the steps, and of the one it ends with
+    last: np.ndarray
 
     @property
     def pairs(self) -> tuple[np.ndarray, np.ndarray]:
@@ -50,11 +53,8 @@ class Shapes(NamedTuple):
         return steps[:, 0] - steps[:, 1:].sum(axis=1)
 
     def of_steps(self, by) -> np.ndarray:
-        """Return (.., shapes) of what is linear in a shape, from that of its steps, (.., ramps x dates)."""
-        m = len(self.dates)
-        a, b = self.pairs
-        each = [by[..., k * m : (k + 1) * m] for k in range(len(RAMPS))]
-        return np.concatenate([part for one in each for part in (one, one[..., a] - one[..., b])], axis=-1)
+        """Return (.., shapes) of what is linear in a shape, from that of its steps and of none (ramps x dates + 1)."""
+        return np.take(by, self.first, axis=-1) - np.take(by, self.last, axis=-1)
 
 
 class Noises(NamedTuple):
@@ -62,7 +62,7 @@ class Noises(NamedTuple):
 
     constant : (noises,), the log likelihood, but for what is left of z
     left : (noises, n, n), x @ left @ x = z @ z
-    steps : (noises, ramps x dates, n), steps @ x is what the white shape of each step is times z
+    steps : (noises, ramps x dates + 1, n), steps @ x is what the white shape of each step, and of none, is times z
     free : (noises, shapes), the square of each shape, white
     is_slow : (noises,), whether there is something slow
     """
@@ -84,12 +84,14 @@ def shapes_of(n: int) -> Shapes:
     begin = np.tile(np.concatenate([np.arange(m), a]), r)
     end = np.tile(np.concatenate([np.full(m, -1), b]), r)
     chance = np.tile(np.repeat([-math.log(2 * r * m), -math.log(2 * r * len(a))], [m, len(a)]), r)
-    return Shapes(dates, begin, end, np.repeat(np.arange(r), m + len(a)), chance)
+    ramp = np.repeat(np.arange(r), m + len(a))
+    last = np.where(end < 0, r * m, ramp * m + end)
+    return Shapes(dates, begin, end, ramp, chance, ramp * m + begin, last)
 
 
 def step(n: int, dates, ramp: float) -> np.ndarray:
     """Return steps (n, dates) that come within a share of the record."""
-    return np.clip((np.arange(n)[:, None] - dates + 1) / max(round(ramp * n), 1), 0.0, 1.0)
+    return np.clip((np.arange(n)[:, None] - dates + 0.5) / max(round(ramp * n), 1), 0.0, 1.0)
 
 
 @lru_cache(2)
@@ -112,7 +114,8 @@ def _noise(K, log_chance: float, beside, shapes: Shapes):
     white = white[:, 1:] - np.outer(own, own @ white[:, 1:])
     D, R = white[:, :-n], white[:, -n:]
     constant = log_chance - float(np.log(np.diag(L)).sum()) - math.log(level)
-    return constant, R.T @ R, (D.T @ R).astype(np.float32), _squares(D, shapes)
+    steps = np.vstack([D.T @ R, np.zeros(n)])
+    return constant, R.T @ R, steps.astype(np.float32), _squares(D, shapes)
 
 
 def _squares(D, shapes: Shapes) -> np.ndarray:
@@ -143,11 +146,12 @@ def slow_ones(n: int) -> Iterator[Any]:
     for power in POWERS:
         for wait in FORGETS:
             yield power * toeplitz(np.exp(-lag / (wait * n)))
-        for wait in SMOOTH:  # Matern 3/2
-            x = math.sqrt(3.0) * lag / (wait * n)
-            yield power * toeplitz((1 + x) * np.exp(-x))
         for cycles in CYCLES:
             turn = 2 * math.pi * cycles * lag / n
             yield power * toeplitz(np.cos(turn) * np.exp(-turn / (2 * math.pi * LASTS)))
+    for power in BENDS:
+        for wait in SMOOTH:  # Matern 3/2
+            x = math.sqrt(3.0) * lag / (wait * n)
+            yield power * toeplitz((1 + x) * np.exp(-x))
     for power in WALKS:
         yield power * 6.0 / n * np.minimum.outer(since, since)

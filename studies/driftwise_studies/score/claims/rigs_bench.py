@@ -50,6 +50,7 @@ class Bench(NamedTuple):
     follows, shared : (p, 2), and what mains and load keep from row to row
     warm : (p, T), what warming up adds
     units : the digits of each sensor
+    pattern : what is there of the fault from its first row on; None: as ``shape`` has it
     """
 
     columns: np.ndarray
@@ -66,6 +67,13 @@ class Bench(NamedTuple):
     shared: np.ndarray
     warm: np.ndarray
     units: np.ndarray
+    pattern: np.ndarray | None = None
+
+    def moved(self, since) -> np.ndarray:
+        """Return what is there of the fault so many rows after its beginning."""
+        if self.pattern is None:
+            return shape(since, self.lasts, self.length)
+        return np.where(since < 0, 0.0, self.pattern[np.clip(since, 0, len(self.pattern) - 1)])
 
     @property
     def is_steady(self) -> bool:
@@ -135,7 +143,7 @@ def evidence(bench: Bench, fault: Bench) -> tuple[np.ndarray, np.ndarray]:
     p, T = bench.columns.shape
     dates = np.arange(EDGE, T - EDGE, STEP)
     every = np.append(dates, 10 * T)
-    moved = shape(np.arange(T)[:, None] - every, fault.lasts, fault.length)  # (T, dates)
+    moved = fault.moved(np.arange(T)[:, None] - every)  # (T, dates)
     unit = bench.white[:, None]
     keeps = np.concatenate([bench.shared, bench.keeps, np.ones(p)])  # of mains, load, coloured noises and levels
     C = np.hstack([bench.follows / unit, np.diag(bench.own / bench.white), np.eye(p)])
