@@ -10,6 +10,7 @@ from driftwise.tables.dates import are_compact, counted, iso
 
 LARGEST = 1e100  # whose square is a number yet
 LOOK = 2000  # cells by which the kind of a column is settled
+MANY = 10  # different numbers, from which on they are of a quantity, however many cells beside them are one word
 UTC = ("", "UTC", "GMT", "ETC/UTC", "ZULU")  # as data frames call it
 NAT = -(2**63)  # nanoseconds of a missing time stamp: what NumPy calls NaT
 OF_DAY = {"time of day": 86_400.0, "minutes and seconds": 3600.0}  # kinds that begin anew after so many seconds
@@ -307,7 +308,19 @@ def kind_of(column, decimal: str = ".", day_first: bool = True, said: str = "") 
         bad = not_numbers
     except InputError:
         return "text"
-    return "number" if bad.sum() <= np.isfinite(values).sum() else "text"
+    is_number = bad.sum() <= np.isfinite(values).sum() or are_gaps(column, bad, values)
+    return "number" if is_number else "text"
+
+
+def are_gaps(column, bad, values) -> bool:
+    """Say whether cells that are no numbers are one word, beside numbers of a quantity: it stands for a missing one.
+
+    A sensor that is read every fifth row has "Bad" in the others.
+    """
+    import numpy as np
+
+    words = {cell for cell, is_word in zip(column.to_pylist(), bad.tolist()) if is_word}
+    return len(words) == 1 and len(np.unique(values[np.isfinite(values)])) >= MANY
 
 
 def instants(column, decimal: str = ".", day_first: bool = True, are_stamps: bool | None = None):
