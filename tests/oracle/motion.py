@@ -10,7 +10,19 @@ import math
 
 import numpy as np
 
-from driftwise.estimators.track import bank, departure, judging, learning, legs, onset, output, step, unforeseen
+from driftwise.estimators.track import (
+    bank,
+    courses,
+    departure,
+    judging,
+    learning,
+    legs,
+    onset,
+    output,
+    step,
+    unforeseen,
+)
+from oracle.motion_courses import Courses
 from oracle.motion_members import Circle, Legs, Linear, Pole
 
 TINY = 1e-12  # no evidence is quite nothing
@@ -43,8 +55,8 @@ class Follower:
         self.trust = 1.0 if R is None else step.CLAIM
         self.manoeuvre, self.is_told, self.waiting, self.doubt = step.STARTS, False, None, 0.0
         self.refused = None
-        self.surprise, self.still, self.grain, self.drift = np.zeros((4, self.C))
-        self.lead, self.held = 0.0, 0.0
+        self.surprise, self.still, self.grain = np.zeros((3, self.C))
+        self.lead, self.courses = 0.0, None
         self.counts = np.array(learning.PRIOR)
 
     def _start(self, d):
@@ -260,35 +272,14 @@ class Follower:
         self.V = np.diag(w[known] @ self.S[known]) + apart.T @ (w[known][:, None] * apart)
 
     def _watch(self, y):
-        """Chi-squared of the fading mean of what straight flight misses along the way and across it."""
-        fresh, far, C = np.array(onset.FRESH)[: self.C], onset.FARTHEST, np.arange(self.C)
+        """How likely the target is in a manoeuvre by the courses it may take."""
         w = self.w[: bank.KALMAN] / self.w[: bank.KALMAN].sum()
-        level = np.exp(w @ np.log([m.scale for m in self.kalman[: bank.KALMAN]]))
-        gentlest = self.speed / judging.GENTLE * self.period**2 / np.sqrt(self.unit * level)
-        quieter = np.sum(gentlest[:, None] < onset.OFTEN, axis=1)  # members farther that remember longer
-        i = onset.PLAIN - quieter
-        x, scale = (np.array([getattr(self.kalman[k], f)[c] for k, c in zip(i, C)]) for f in ("x", "scale"))
-        s = self.S[i, C] * level / scale
-        left = self.last - x[:, 0] + self.d * x[:, 1]
-        z, before = (y - self.mean[i, C]) / np.sqrt(s), left * self.S[i, C] / (self.unit * scale) / np.sqrt(s)
-        way = x[:, 1] / np.sqrt(s) if x[:, 1].any() else np.eye(self.C)[0]
-        way = way / np.linalg.norm(way)
-        axes = np.array([way, [-way[1], way[0]]] if self.C == 2 else [way])
-        nearer = z @ z < onset.NEARER2 * (before @ before)
-        if not self.is_told and before @ before > onset.AWAY2 and (nearer or z @ before < 0):
-            self.held, self.drift = onset.HELD, np.zeros(self.C)
-        most = 1.0 if self.held else np.array([far if self.is_told else onset.ALONG, far])[: self.C]
-        off = axes @ z
-        self.drift = (1 - fresh) * self.drift + fresh * np.clip(off, -most, most)
-        behind = onset.BEHIND * self.speed / judging.GENTLE * self.period**2
-        size2 = self.drift**2 @ (axes**2 @ s * np.maximum(1, (off / far) ** 2))
-        is_far = size2 > behind**2 and self.seen > onset.SOONEST
-        known = np.clip(self.seen - onset.UNSURE, 1.0, onset.SURE)
-        chi2 = self.drift**2 * (2 - fresh) / fresh
-        counts = np.mean(np.array(onset.COUNTS)[quieter])
-        self.lead = counts * known * np.sum(np.log1p(chi2 / known)) if is_far else 0.0
-        if self.held:
-            self.held, self.lead = self.held - 1, -1.0
+        r = self.g * self.unit * np.exp(w @ np.log([m.scale for m in self.kalman[: bank.KALMAN]]))
+        if self.courses is None:
+            self.courses = Courses(self.speed / judging.GENTLE, y - self.last, r, self.d)
+            return
+        self.courses.take(y - self.last, r, self.d, self.period, self.counts, self.seen)
+        self.lead = self.courses.mu[courses.MOVES :].sum() if self.seen > onset.SOONEST else 0.0
 
     def _judge(self, y):
         known, unit, C = self.known, self.unit, self.C

@@ -64,13 +64,13 @@ def test_a_tracker_whose_tables_are_of_another_width_is_refused_before_anything_
             Tracker.load(tmp_path / "wrong.npz")
 
 
-@pytest.mark.parametrize("schema, first", [(5, 0), (6, 1)])
+@pytest.mark.parametrize("schema, first", [(5, 0), (6, 1), (7, 4)])
 def test_a_narrower_table_is_read_where_a_file_says_that_it_is_of_an_earlier_version(tmp_path, schema, first):
     run(traffic()).save(tmp_path / "tracker.npz")
     arrays = dict(np.load(tmp_path / "tracker.npz"))
     facts = json.loads(arrays["facts"].tobytes()) | {"schema": schema}
     later = [bank.PACE, bank.REFUSED, *(bank.of_coordinate(2, bank.ASIDE, c) for c in range(2))]
-    former = np.delete(arrays["states"], later[first:], axis=1)
+    former = np.delete(arrays["states"], [*later[first:], *range(bank.row_at(2).courses, bank.row_size(2))], axis=1)
     said = np.frombuffer(json.dumps(facts).encode(), np.uint8)
     np.savez(tmp_path / "former.npz", **(arrays | {"facts": said, "states": former}))
     assert len(Tracker.load(tmp_path / "former.npz").tracks) == len(Tracker.load(tmp_path / "tracker.npz").tracks)

@@ -17,9 +17,9 @@ from .places import FREE
 from .plots import Fault
 
 # 4: what is learnt of plots without keys; 5: how much sensors err by objects that move; 6: tables as wide as then;
-# 7: the plot that was called wild
-SCHEMA = 7
-AS_TODAY = 7  # from this schema on: what is narrower was damaged, and is no table of an earlier version
+# 7: the plot that was called wild; 8: what a target may do
+SCHEMA = 8
+AS_TODAY = 8  # from this schema on: what is narrower was damaged, and is no table of an earlier version
 PLAIN = "id key follows clock name code status period count allowance place due odds quiet".split()  # of a track
 LEARNT = "box hits chances begun born quiet sees_at_once".split()  # of plots without keys
 COUNTED = "counts time before begun numbers".split()  # of the targets
@@ -117,7 +117,7 @@ def _upgraded(facts: dict[str, Any]) -> dict[str, Any]:
     if facts["schema"] == 4:
         nobody = [[*row, 1.0] for row in facts["nobody"]]
         facts |= {"schema": 5, "errors": {}, "nobody": nobody}
-    if facts["schema"] in (5, 6):
+    if facts["schema"] in (5, 6, 7):
         facts |= {"schema": SCHEMA}
     return facts
 

@@ -30,7 +30,8 @@ def test_a_track_that_was_saved_before_it_kept_what_it_refuses_goes_on(C):
     est = dw.TrackEstimator("uav", coordinates=C)
     state = est.scan(t[:20], plots[:20, :C]).state
     row = np.atleast_1d(state).view(float)
-    places = [bank.REFUSED, *(bank.of_coordinate(C, bank.ASIDE, c) for c in range(C))]
+    begin = bank.row_at(C).courses
+    places = [bank.REFUSED, *(bank.of_coordinate(C, bank.ASIDE, c) for c in range(C)), *range(begin, len(row))]
     again = est.carried_over(np.delete(row, places)[None])
-    assert former.sizes(C)[-1] == len(row) - len(places)
-    np.testing.assert_array_equal(again[0], row)
+    assert former.sizes(C)[2] == len(row) - len(places) and former.sizes(C)[3] == begin
+    np.testing.assert_array_equal(again[0, :begin], row[:begin])

@@ -42,13 +42,14 @@ BEHIND = (*(0.0,) * 6, 2.0, 1.0, 0.0)  # log weight by which each that is straig
 # of the head of a row
 SEEN, TIME, PERIOD, GAP, MANOEUVRE, ALERT, TRUST, SUSPECTED, DOUBT, LEAD, PACE, REFUSED = range(12)
 # of each coordinate
-FIRST, LAST, SPEED, LOG, STATED, SURPRISE, SUSPECT, CLAIMED, STILL, GRAIN, DRIFT, ASIDE, EACH = range(13)
+FIRST, LAST, SPEED, LOG, STATED, SURPRISE, SUSPECT, CLAIMED, STILL, GRAIN, WAY, ASIDE, EACH = range(13)
 SCALES = (*(4.0**k for k in range(-2, 6)), 4.0**6)  # of the predictive density's tails; the last is that of wild plots
 TAILS = len(SCALES)
 WILD = TAILS - 1
 COUNTED = (*SCALES[:WILD], 9.0)  # .. and what each counts in the variance: how far a wild plot is off says nothing
 LINEAR = 10  # per coordinate: position, velocity, acceleration; upper triangle of their covariance; noise scale
 CIRCULAR = 5 + 15  # E, vE, N, vN, omega T and their covariance
+COURSES, COURSE = 5, 9  # what a target may do; of a coordinate: state, upper triangle of its covariance
 LEG = 9  # share; E, vE, N, vN; of a coordinate the variance of p, E[p v*] as real and imaginary part, variance of v
 CROSS, SPREADING, MANOEUVRING, ONSET, TURN, TURN_SD, POLE, POLE_SD, STATUS = range(9)  # told of a plot
 
@@ -128,7 +129,7 @@ TRACK = Layout(
         trust="plots that the stated variance is worth",
         suspected="time from the last plot to one that may be wild and waits for the next; 0 where none does",
         doubt="how likely that one is wild",
-        lead="chi-squared by which plots lead away from straight flight",
+        lead="how likely plots lead away from straight flight as a manoeuvre does",
         pace="log of the shortest time between plots at which their noise was learnt",
         refused="time from the last plot to one after it that was called wild; 0 where none was",
     ),
@@ -137,8 +138,7 @@ TRACK = Layout(
         ("C", "EACH"),
         "each coordinate: first plot, last less the first, last velocity, log of a plot's variance, what was stated; "
         "e^2/variance of the last; the plot that waits, what was stated of it; equal steps in a row, the lattice's "
-        "step that they show (0 is unknown); how far plots lead away from straight flight along the way, of the second "
-        "across it, deviations; "
+        "step that they show (0 is unknown); the way, of length 1, by what the target may do; "
         "the plot that was called wild",
     ),
     Field("tails", ("TAILS",), "plots that each scale of the tails is worth"),
@@ -151,8 +151,15 @@ TRACK = Layout(
     Field("circle", ("circles(C)", "circle_size(C)"), "each that turns: state, covariance, scales"),
     Field("legs", ("legs_size(C)",), "share of each leg, then its mean and covariance, number by number; noise scales"),
     Field("pole", ("POLES", "pole_size(C)"), "each with a manoeuvre pole: state, covariance, scales"),
+    Field(
+        "courses",
+        ("COURSES", "COURSE * C + 1"),
+        "what the target may do: how likely; along the way and across it state and covariance, from the last plot on",
+    ),
     given=("C",),
     EACH=EACH,
+    COURSES=COURSES,
+    COURSE=COURSE,
     TAILS=TAILS,
     KALMAN=KALMAN,
     LINEAR=LINEAR,

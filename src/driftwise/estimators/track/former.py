@@ -2,7 +2,8 @@
 
 Members that are none any more are left out. Those that are keep their state; legs begin from the turn that stays. Later
 rows had no pace: what was typical of the time between plots is taken for it. Tables had no column for what is
-unforeseen: their forecasts gave it nothing. Rows did not keep the plot that was called wild: none was.
+unforeseen: their forecasts gave it nothing. Rows did not keep the plot that was called wild: none was. Nor what the
+target may do: that begins with the next plot.
 """
 
 from __future__ import annotations
@@ -21,10 +22,11 @@ def members(C: int) -> int:
     return LINEAR + (CIRCLES if C == 2 else 0) + POLES
 
 
-def sizes(C: int) -> tuple[int, int, int]:
-    """Return how many numbers a row had: before one went by legs, had a pace, and kept what was called wild."""
-    kept = bank.row_size(C) - 1 - C
-    return size(C), kept - 1, kept
+def sizes(C: int) -> tuple[int, int, int, int]:
+    """Return how many numbers a row had: before one went by legs, had a pace, what was called wild, and courses."""
+    last = bank.row_at(C).courses
+    kept = last - 1 - C
+    return size(C), kept - 1, kept, last
 
 
 def size(C: int) -> int:
@@ -39,11 +41,13 @@ def rows(C: int, found: np.ndarray) -> np.ndarray:
         found = _of_today(C, found)
     if found.ndim and found.shape[-1] == sizes(C)[1]:
         found = np.insert(found, bank.PACE, found[..., bank.PERIOD], axis=-1)
-    if not found.ndim or found.shape[-1] != sizes(C)[2]:
+    if found.ndim and found.shape[-1] == sizes(C)[2]:
+        each = bank.EACH - 1  # of a coordinate
+        places = [bank.REFUSED, *(bank.REFUSED + each * c + bank.ASIDE for c in range(C))]
+        found = np.insert(found, places, 0.0, axis=-1)
+    if not found.ndim or found.shape[-1] != sizes(C)[3]:
         return found
-    each = bank.EACH - 1  # of a coordinate
-    places = [bank.REFUSED, *(bank.REFUSED + each * c + bank.ASIDE for c in range(C))]
-    return np.insert(found, places, 0.0, axis=-1)
+    return np.concatenate([found, np.zeros((*found.shape[:-1], bank.row_size(C) - sizes(C)[3]))], axis=-1)
 
 
 def _weights(C: int) -> int:

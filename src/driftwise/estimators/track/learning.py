@@ -121,6 +121,15 @@ def compare_steps(row, C, d, y, off, exact):
 
 
 @kernel
+def is_ruled(C, exact):
+    """Say whether a publisher drew a plot on the line from those before it."""
+    found = False
+    for c in range(C):
+        found = found or exact[c] == RULED
+    return found
+
+
+@kernel
 def shows_lattice(row, C, c, exact):
     """Say whether a plot is the first to leave a lattice whose step is not known: how far it goes says nothing."""
     was_still = row[bank.of_coordinate(C, bank.STILL, c)] > 0.0 and row[bank.of_coordinate(C, bank.GRAIN, c)] == 0.0

@@ -132,7 +132,7 @@ def absorb(task, row, C, T, d, y, unit, g, mean, S, A, B, w, told, parts, scores
         room[n + 3 * C :],
     )
     learning.compare_steps(row, C, d, y, off, exact)
-    onset.watch(task, row, C, T, d, y, unit, w, mean, S, room[n + 4 * C :])
+    onset.watch(task, row, C, T, d, y, unit, g, w, exact, room[n + 4 * C :])
     if row[bank.SEEN] >= 2.0 and not leaves:
         learning.learn_tails(task, row, C, exact, parts)
     if leaves:

@@ -1,0 +1,228 @@
+"""What a target may do from plot to plot: go straight on, be seen late, or be in a manoeuvre of some strength.
+
+courses      x_j, P_j: position, velocity, acceleration along the way and across it, each by itself (interacting
+             multiple models; Blom and Bar-Shalom 1988)
+mixing       P(i|j) = mu_i p_ij/c_j      c_j = sum_i mu_i p_ij
+acceleration forgotten in ``LASTS`` plots; of what begins N(0, s_j^2), s_j the j-th strength
+late         straight on, but anywhere along the way: each plot at another age
+plots        usual, a Student-t of as many degrees as plots have shown of their noise; wide; or wild, which move nothing
+"""
+
+import math
+
+from ...engine.dispatch import kernel
+from ...engine.elementary import exp, log, square
+from . import bank, judging, linear
+
+AHEAD, LATE, MOVES = 0, 1, 2  # courses; and the first of those that are manoeuvres
+STRENGTHS = tuple(2.0 * 6.0**k for k in range(bank.COURSES - MOVES))  # of the gentlest manoeuvre of a class
+BEGINS, ENDS = 0.01, 0.03  # a manoeuvre, at a plot
+LATE_BEGINS, LATE_ENDS = 0.003, 0.3  # and plots that are late
+OLD = 1.0  # times between plots, that those are old
+LASTS = 5.0  # plots, an acceleration
+WOBBLES = 0.2  # what goes straight: of the gentlest manoeuvre, from plot to plot ..
+NOISE = 1e-4  # .. and q T^3/r
+WIDE, WIDER2 = 0.003, 9.0  # share of plots that err by more, and their variance
+WILD, WILDER2 = 1e-3, 900.0  # .. of those that are wild, where none was, and the same of them
+WILD_FREEDOM = 3.0  # of the Student-t of those
+UNSURE, SURE = 5.0, 40.0  # plots that say nothing of the noise to be expected; after which it is no better known
+LEAST_FREEDOM = 2.0
+LEAST = 1e-12  # probability of a course
+POINTS = 4.0  # variances of a velocity, that its square is beyond where it shows the way
+USUAL, WIDELY, WILDLY = 0, 1, 2  # of what a plot may be
+SHARE = 0  # of the numbers of a course; its coordinates follow
+
+
+@kernel
+def at_course(j, C, c):
+    """Return where coordinate c of a course starts among the numbers of all: state, upper triangle of its covariance.
+
+    Of 0 and above; its share stands before them.
+    """
+    return j * (1 + bank.COURSE * C) + 1 + bank.COURSE * c
+
+
+@kernel
+def at_share(j, C):
+    """Return where the probability of a course stands."""
+    return j * (1 + bank.COURSE * C) + SHARE
+
+
+@kernel
+def strength(task, j):
+    """Return the standard deviation of the acceleration of a course when it begins."""
+    return STRENGTHS[j - MOVES] * task.fastest / judging.GENTLE if j >= MOVES else 0.0
+
+
+@kernel
+def follows(i, j):
+    """Return how likely course j follows on i."""
+    if i >= MOVES:
+        return ENDS if j == AHEAD else (1.0 - ENDS if i == j else 0.0)
+    if j >= MOVES:
+        return BEGINS / (bank.COURSES - MOVES)
+    passes = LATE_BEGINS if i == AHEAD else LATE_ENDS
+    return 1.0 - BEGINS - passes if i == j else passes
+
+
+@kernel
+def begin(task, K, C, d, e, r):
+    """Start all courses at the second plot, ``e`` (C,) after the first, d seconds before; r (C,) is their variance."""
+    for j in range(bank.COURSES):
+        K[at_share(j, C)] = BEGINS if j >= MOVES else LATE_BEGINS
+        for c in range(C):
+            x = at_course(j, C, c)
+            P = x + linear.P
+            K[x : x + bank.COURSE] = 0.0
+            K[x + 1] = e[c] / d
+            K[P], K[P + 1], K[P + 3], K[P + 5] = r[c], r[c] / d, 2.0 * r[c] / (d * d), square(strength(task, j))
+    K[at_share(AHEAD, C)] = 1.0 - LATE_BEGINS - (bank.COURSES - MOVES) * BEGINS
+
+
+@kernel
+def mix(task, K, C, mixed):
+    """Fill what each course is about to go on from: itself, and those on which it follows, with a new acceleration."""
+    size = 1 + bank.COURSE * C
+    for j in range(bank.COURSES):
+        to, total = at_share(j, C), 0.0
+        mixed[to : to + size] = 0.0
+        for i in range(bank.COURSES):
+            total += K[at_share(i, C)] * follows(i, j)
+        mixed[to] = total
+        for i in range(bank.COURSES):
+            w = K[at_share(i, C)] * follows(i, j) / total
+            if w > 0.0:
+                for c in range(C):
+                    m, x = at_course(j, C, c), at_course(i, C, c)
+                    mixed[m], mixed[m + 1] = mixed[m] + w * K[x], mixed[m + 1] + w * K[x + 1]
+                    mixed[m + 2] += w * K[x + 2] if i == j else 0.0
+        fresh = square(strength(task, j))
+        for i in range(bank.COURSES):
+            w = K[at_share(i, C)] * follows(i, j) / total
+            if w > 0.0:
+                for c in range(C):
+                    m, x = at_course(j, C, c), at_course(i, C, c)
+                    P, V, p, v, a = m + linear.P, x + linear.P, K[x] - mixed[m], K[x + 1] - mixed[m + 1], -mixed[m + 2]
+                    pa, va, aa = 0.0, 0.0, fresh
+                    if i == j:
+                        a, pa, va, aa = a + K[x + 2], K[V + 2], K[V + 4], K[V + 5]
+                    mixed[P], mixed[P + 1] = mixed[P] + w * (K[V] + p * p), mixed[P + 1] + w * (K[V + 1] + p * v)
+                    mixed[P + 2], mixed[P + 3] = mixed[P + 2] + w * (pa + p * a), mixed[P + 3] + w * (K[V + 3] + v * v)
+                    mixed[P + 4], mixed[P + 5] = mixed[P + 4] + w * (va + v * a), mixed[P + 5] + w * (aa + a * a)
+
+
+@kernel
+def go_on(task, mixed, C, d, T, r):
+    """Take all courses d seconds on."""
+    f = exp(-d / (LASTS * T))
+    for j in range(bank.COURSES):
+        for c in range(C):
+            q = NOISE * r[c] / (T * T * T) + square(WOBBLES * task.fastest / judging.GENTLE) * T
+            white, aa = q * d, (1.0 - f * f) * square(strength(task, j))
+            linear.predict_curve(
+                mixed, at_course(j, C, c), d, f, d, 0.5 * d * d, 1.0,
+                white * d * d / 3.0, 0.5 * white * d, 0.0, white, 0.0, aa,
+            )  # fmt: skip
+    v2 = 0.0
+    for c in range(C):
+        v2 += square(mixed[at_course(LATE, C, c) + 1])
+    mixed[at_course(LATE, C, 0) + linear.P] += v2 * square(OLD * T)
+
+
+@kernel
+def wider(which):
+    """Return the variance of a plot that is usual, wide or wild, of what is usual."""
+    return 1.0 if which == USUAL else (WIDER2 if which == WIDELY else WILDER2)
+
+
+@kernel
+def weigh(row, mixed, C, e, r, parts):
+    """Fill how likely a plot is usual, wide or wild on each course, and the probability of each with it."""
+    tails, seen, best = bank.row_at(C).tails, 0.0, -math.inf
+    for k in range(bank.TAILS):
+        seen += row[tails + k]
+    wild = WILD + row[tails + bank.WILD] / seen
+    freedom = max(min(row[bank.SEEN] - UNSURE, SURE), LEAST_FREEDOM)
+    usual, widely, wildly = log(1.0 - WIDE - min(wild, 0.5)), log(WIDE), log(wild)
+    for j in range(bank.COURSES):
+        top, total, own = -math.inf, 0.0, parts[3 * j : 3 * j + 3]
+        for which in range(3):
+            nu, volume, far = WILD_FREEDOM if which == WILDLY else freedom, 1.0, 1.0
+            for c in range(C):
+                x = at_course(j, C, c)
+                S = mixed[x + linear.P] + wider(which) * r[c]
+                volume *= S
+                far *= 1.0 + square(e[c] - mixed[x]) / (S * nu)
+            own[which] = usual if which == USUAL else (widely if which == WIDELY else wildly)
+            own[which] -= 0.5 * log(volume) + 0.5 * (nu + 1.0) * log(far)
+            top = max(top, own[which])
+        for which in range(3):
+            own[which] = exp(own[which] - top)
+            total += own[which]
+        for which in range(3):
+            own[which] /= total
+        mixed[at_share(j, C)] = top + log(total * mixed[at_share(j, C)])
+        best = max(best, mixed[at_share(j, C)])
+    total = 0.0
+    for j in range(bank.COURSES):
+        mixed[at_share(j, C)] = exp(mixed[at_share(j, C)] - best)
+        total += mixed[at_share(j, C)]
+    for j in range(bank.COURSES):
+        mixed[at_share(j, C)] = max(mixed[at_share(j, C)] / total, LEAST)
+
+
+@kernel
+def leave_out(parts):
+    """Fill the same of a plot that says nothing."""
+    for j in range(bank.COURSES):
+        parts[3 * j + USUAL], parts[3 * j + WIDELY], parts[3 * j + WILDLY] = 0.0, 0.0, 1.0
+
+
+@kernel
+def correct(K, mixed, C, e, r, parts):
+    """Let all courses learn of a plot, as far as it is not wild; positions are from there on relative to it."""
+    for j in range(bank.COURSES):
+        K[at_share(j, C)] = mixed[at_share(j, C)]
+        for c in range(C):
+            x, gain, gain2 = at_course(j, C, c), 0.0, 0.0
+            P = x + linear.P
+            for which in range(WILDLY):
+                one = 1.0 / (mixed[P] + wider(which) * r[c])
+                gain, gain2 = gain + parts[3 * j + which] * one, gain2 + parts[3 * j + which] * one * one
+            off = e[c] - mixed[x]
+            spread = off * off * max(gain2 - gain * gain, 0.0) - gain
+            pp, pv, pa = mixed[P], mixed[P + 1], mixed[P + 2]
+            K[x], K[x + 1], K[x + 2] = (
+                mixed[x] + pp * off * gain - e[c],
+                mixed[x + 1] + pv * off * gain,
+                mixed[x + 2] + pa * off * gain,
+            )
+            V = x + linear.P
+            K[V], K[V + 1], K[V + 2] = pp + pp * pp * spread, pv + pp * pv * spread, pa + pp * pa * spread
+            K[V + 3], K[V + 4] = mixed[P + 3] + pv * pv * spread, mixed[P + 4] + pv * pa * spread
+            K[V + 5] = mixed[P + 5] + pa * pa * spread
+
+
+@kernel
+def turn(row, K, C):
+    """Let the way be that of the velocity, where it shows one; what accelerates across it goes on to do so."""
+    along, across, variance = 0.0, 0.0, 0.0
+    for j in range(bank.COURSES):
+        w, a, b = K[at_share(j, C)], at_course(j, C, 0), at_course(j, C, 1)
+        along, across = along + w * K[a + 1], across + w * K[b + 1]
+        variance += w * (K[a + linear.P + 3] + K[b + linear.P + 3])
+    v2 = along * along + across * across
+    if not v2 > POINTS * variance:
+        return
+    cos, sin = along / math.sqrt(v2), across / math.sqrt(v2)
+    E, N = bank.of_coordinate(C, bank.WAY, 0), bank.of_coordinate(C, bank.WAY, 1)
+    row[E], row[N] = cos * row[E] - sin * row[N], cos * row[N] + sin * row[E]
+    for j in range(bank.COURSES):
+        a, b = at_course(j, C, 0), at_course(j, C, 1)
+        for k in range(2 if j >= MOVES else 3):
+            K[a + k], K[b + k] = cos * K[a + k] + sin * K[b + k], cos * K[b + k] - sin * K[a + k]
+        for k in range(linear.P, linear.P + 4):
+            if k != linear.P + 2:
+                first, second = K[a + k], K[b + k]
+                K[a + k] = cos * cos * first + sin * sin * second
+                K[b + k] = sin * sin * first + cos * cos * second

@@ -1,0 +1,40 @@
+"""What a target may do: an onset is told soon, of most manoeuvres, and not of what a publisher drew."""
+
+import numpy as np
+from driftwise_studies.score.motions import resampled
+from driftwise_studies.score.motions.drawing import draw
+from driftwise_studies.score.motions.field import Total
+from driftwise_studies.score.motions.measured import one
+
+import driftwise as dw
+from driftwise.estimators.track import bank, courses
+
+
+def test_manoeuvres_are_told_soon_where_plots_are_one_to_four_seconds_apart():
+    """Seven of ten were told, half of them after 8 s."""
+    scenes = [draw(24071, number) for number in range(250)]
+    scenes = [s for s in scenes if 1.0 <= s.sensors[0].scan < 4.0 and s.objects == 1 and s.plots < 400]
+    total = Total([one(scene) for scene in scenes])
+    delays = np.array([d for track in total.tracks for d in track.delays])
+    assert len(delays) > 50 and total.false <= 5
+    assert np.mean(np.isfinite(delays)) > 0.9
+    assert np.quantile(delays, 0.5, method="higher") < 8.0
+
+
+def test_what_a_publisher_drew_on_a_line_begins_no_manoeuvre():
+    """Eight onsets of 1000 quiet plots were told."""
+    scenes = [resampled.draw(24071, number) for number in range(50)]
+    total = Total([one(scene) for scene in scenes if scene and scene.objects == 1])
+    assert total.quiet > 3000 and total.false_rate < 5.0
+
+
+def test_probabilities_of_courses_are_those_of_one_chain():
+    for i in range(bank.COURSES):
+        assert np.isclose(sum(courses.follows(i, j) for j in range(bank.COURSES)), 1.0)
+    t = np.arange(60.0)
+    est = dw.TrackEstimator("aircraft")
+    y = np.stack([200 * t, 0 * t], axis=1) + 20 * np.random.default_rng(3).standard_normal((60, 2))
+    row = np.atleast_1d(est.scan(t, y).state).view(float)
+    K, way = row[bank.row_at(2).courses :], [row[bank.of_coordinate(2, bank.WAY, c)] for c in range(2)]
+    assert np.isclose(sum(K[courses.at_share(j, 2)] for j in range(bank.COURSES)), 1.0)
+    assert K[courses.at_share(courses.AHEAD, 2)] > 0.8 and np.hypot(*way) - 1 < 1e-9 and way[0] > 0.99
