@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from driftwise_studies.score.motions import crowd
 from flights import run, same, traffic
+from rows_before import without_courses
 
 from driftwise.engine.errors import InputError
 from driftwise.estimators.track import bank
@@ -70,7 +71,7 @@ def test_a_narrower_table_is_read_where_a_file_says_that_it_is_of_an_earlier_ver
     arrays = dict(np.load(tmp_path / "tracker.npz"))
     facts = json.loads(arrays["facts"].tobytes()) | {"schema": schema}
     later = [bank.PACE, bank.REFUSED, *(bank.of_coordinate(2, bank.ASIDE, c) for c in range(2))]
-    former = np.delete(arrays["states"], [*later[first:], *range(bank.row_at(2).courses, bank.row_size(2))], axis=1)
+    former = np.delete(without_courses(arrays["states"], 2), later[first:], axis=1)
     said = np.frombuffer(json.dumps(facts).encode(), np.uint8)
     np.savez(tmp_path / "former.npz", **(arrays | {"facts": said, "states": former}))
     assert len(Tracker.load(tmp_path / "former.npz").tracks) == len(Tracker.load(tmp_path / "tracker.npz").tracks)

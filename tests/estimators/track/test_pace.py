@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rows_before import without_courses
 
 import driftwise as dw
 from driftwise.estimators.track import bank, former
@@ -46,8 +47,7 @@ def test_rows_without_a_pace_take_what_is_typical_of_the_time_between_plots():
     est = dw.TrackEstimator("boat")
     row = np.atleast_1d(est.scan(t[:50], y[:50]).state).view(float)
     later = [bank.PACE, bank.REFUSED, *(bank.of_coordinate(2, bank.ASIDE, c) for c in range(2))]
-    later += range(bank.row_at(2).courses, bank.row_size(2))
-    told = former.rows(2, np.delete(row, later))
+    told = former.rows(2, np.delete(without_courses(row, 2), later))
     assert told.shape == row.shape and told[bank.PACE] == row[bank.PERIOD]
     begin = [bank.PACE, *range(bank.row_at(2).courses, bank.row_size(2))]
     np.testing.assert_array_equal(np.delete(told, begin), np.delete(row, begin))
@@ -58,7 +58,7 @@ def test_rows_without_a_pace_take_what_is_typical_of_the_time_between_plots():
         state, _ = late.update(state, t[k], y[k])
     numbers, size = np.atleast_1d(state).view(float), bank.row_size(2)
     end = len(COUNTS) + 4 * size
-    kept = np.delete(numbers[len(COUNTS) : end].reshape(4, size), later, axis=1)
+    kept = np.delete(without_courses(numbers[len(COUNTS) : end].reshape(4, size), 2), later, axis=1)
     without = np.concatenate([numbers[: len(COUNTS)], kept.ravel(), numbers[end:]])
     told = late.carried_over(without)
     assert told.shape == numbers.shape and late.carried_over(numbers) is numbers

@@ -182,7 +182,7 @@ def test_uncompiled_equals_compiled(monkeypatch):
 def test_what_comes_from_the_end_has_no_prior_of_its_own():
     rng, which, r = np.random.default_rng(8), bank.LINES - 1, 2.0
     row, rate, q = np.zeros(bank.row_size(1)), *bank.STRAIGHT[which]
-    row[bank.at_linear(1, which) + linear.SCALE], prior = 1.0, q * r / (2.0 * rate)
+    row[bank.at_linear(1, which, 0) + linear.SCALE], prior = 1.0, q * r / (2.0 * rate)
     for _ in range(5):
         A = rng.standard_normal((2, 2)) / 10.0
         information, told = A @ A.T + np.eye(2) / prior, 20.0 * rng.standard_normal(2)  # of plots alone

@@ -157,7 +157,7 @@ def test_linear_members_are_kalman_filters(i):
     kf = filters.KalmanFilter(order, 1)
     kf.P, kf.H, kf.x = np.diag([r, fastest**2, r / T**4][:order]), np.eye(1, order), np.zeros((order, 1))
     row = members(T, fastest, [r])
-    at = bank.at_linear(1, i)
+    at = bank.at_linear(1, i, 0)
     for k in range(30):
         d, y, g = rng.choice([T, 0.1, 7.3]), 50 * rng.standard_normal(), rng.uniform(0.5, 2)
         kf.F, kf.Q = van_loan(A, W, d)
@@ -165,10 +165,13 @@ def test_linear_members_are_kalman_filters(i):
         linear.predict_all(row, 1, bank.period(row), d)
         assert np.isclose(row[at], kf.x[0, 0], rtol=1e-10, atol=1e-10), k
         kf.update(y, R=g * r)
-        linear.correct(row, at, y - row[at], g)
+        linear.correct(row, at, i, y - row[at], g)
+        x, P = [0, linear.V, linear.A][:order], [linear.PP, linear.PV, linear.VV]
         found = np.zeros((3, 3))
-        found[np.triu_indices(3)] = row[at + linear.P : at + linear.SCALE]
-        assert np.allclose(row[at : at + order], kf.x[:, 0], rtol=1e-9, atol=1e-9), k
+        found[(0, 0, 1), (0, 1, 1)] = row[[at + k for k in P]]
+        if order == 3:
+            found[(0, 1, 2), (2, 2, 2)] = row[[at + k for k in (linear.PA, linear.VA, linear.AA)]]
+        assert np.allclose(row[[at + k for k in x]], kf.x[:, 0], rtol=1e-9, atol=1e-9), k
         unit = np.outer(*[[1, T, T * T][:order]] * 2) / r
         assert np.allclose(found[:order, :order] * unit * r, np.triu(kf.P) * unit, rtol=1e-8, atol=1e-9), k
 

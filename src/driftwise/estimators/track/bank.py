@@ -47,9 +47,13 @@ SCALES = (*(4.0**k for k in range(-2, 6)), 4.0**6)  # of the predictive density'
 TAILS = len(SCALES)
 WILD = TAILS - 1
 COUNTED = (*SCALES[:WILD], 9.0)  # .. and what each counts in the variance: how far a wild plot is off says nothing
-LINEAR = 10  # per coordinate: position, velocity, acceleration; upper triangle of their covariance; noise scale
+LINE, CURVE = (
+    6,
+    10,
+)  # per coordinate: position, velocity, their covariance, noise scale; acceleration, covariance with it
 CIRCULAR = 5 + 15  # E, vE, N, vN, omega T and their covariance
-COURSES, COURSE = 5, 9  # what a target may do; of a coordinate: state, upper triangle of its covariance
+AHEADS, MOVES = 2, 3  # what a target may do: go on in two ways, or move in three; of a coordinate as those numbers
+COURSES = AHEADS + MOVES
 LEG = 9  # share; E, vE, N, vN; of a coordinate the variance of p, E[p v*] as real and imaginary part, variance of v
 CROSS, SPREADING, MANOEUVRING, ONSET, TURN, TURN_SD, POLE, POLE_SD, STATUS = range(9)  # told of a plot
 
@@ -112,6 +116,18 @@ def legs_size(C):
 
 
 @kernel
+def linear_size(C):
+    """Return the numbers of all members that are linear."""
+    return (LINE * LINES + CURVE * CURVES) * C
+
+
+@kernel
+def courses_size(C):
+    """Return the numbers of all that a target may do."""
+    return (LINE * AHEADS + CURVE * MOVES) * C
+
+
+@kernel
 def circle_size(C):
     """Return the numbers of a member that turns."""
     return CIRCULAR + C
@@ -145,24 +161,22 @@ TRACK = Layout(
     Field("weights", ("members(C)",), "log weight of each member"),
     Field(
         "linear",
-        ("KALMAN", "LINEAR * C"),
-        "each that is linear, a coordinate after the other: state, covariance, scale",
+        ("linear_size(C)",),
+        "each that is linear, a coordinate after the other: position, velocity, covariance, scale; acceleration",
     ),
     Field("circle", ("circles(C)", "circle_size(C)"), "each that turns: state, covariance, scales"),
     Field("legs", ("legs_size(C)",), "share of each leg, then its mean and covariance, number by number; noise scales"),
     Field("pole", ("POLES", "pole_size(C)"), "each with a manoeuvre pole: state, covariance, scales"),
     Field(
         "courses",
-        ("COURSES", "COURSE * C + 1"),
-        "what the target may do: how likely; along the way and across it state and covariance, from the last plot on",
+        ("courses_size(C)",),
+        "what the target may do: along the way and across it state and covariance, from the last plot on; how likely",
     ),
     given=("C",),
     EACH=EACH,
-    COURSES=COURSES,
-    COURSE=COURSE,
     TAILS=TAILS,
-    KALMAN=KALMAN,
-    LINEAR=LINEAR,
+    linear_size=linear_size,
+    courses_size=courses_size,
     POLES=POLES,
     members=members,
     circles=circles,
@@ -208,9 +222,11 @@ row_size, columns = kernel(TRACK.size), kernel(TRACK_SAMPLE.size)
 
 
 @kernel
-def at_linear(C, i):
-    """Return where member i of constant velocity, acceleration or Singer starts."""
-    return row_at(C).linear + i * LINEAR * C
+def at_linear(C, i, c):
+    """Return where coordinate c of member i of constant velocity, acceleration or Singer starts."""
+    if i < LINES:
+        return row_at(C).linear + (i * C + c) * LINE
+    return row_at(C).linear + LINES * C * LINE + ((i - LINES) * C + c) * CURVE
 
 
 @kernel

@@ -7,7 +7,7 @@ from ...engine.dispatch import kernel
 from ...engine.elementary import cos, hypot, sin, square
 from ...models.manoeuvre import arc
 from . import linear
-from .bank import CIRCULAR, LINEAR, STRAIGHT, TURNS, at_circle, at_linear
+from .bank import CIRCULAR, STRAIGHT, TURNS, at_circle, at_linear
 
 N = 5
 P = 5  # of a member's numbers; E, vE, N, vN, omega before it, scales of the noise behind
@@ -91,12 +91,12 @@ def start_over(row, C, i, T, unit):
     at = at_circle(C, i)
     row[at : at + CIRCULAR] = 0.0
     for c in range(C):
-        line, j = at_linear(C, LINE[i]) + LINEAR * c, 2 * c
+        line, j = at_linear(C, LINE[i], c), 2 * c
         r = unit[c] * row[line + linear.SCALE]
         row[at + j], row[at + j + 1] = row[line], row[line + 1]
-        row[at + P + index(j, j)] = r * row[line + linear.P]
-        row[at + P + index(j, j + 1)] = r * row[line + linear.P + 1]
-        row[at + P + index(j + 1, j + 1)] = r * row[line + linear.P + 3]
+        row[at + P + index(j, j)] = r * row[line + linear.PP]
+        row[at + P + index(j, j + 1)] = r * row[line + linear.PV]
+        row[at + P + index(j + 1, j + 1)] = r * row[line + linear.VV]
     row[at + P + index(4, 4)] = FIRST / square(T)
 
 

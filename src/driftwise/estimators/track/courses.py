@@ -14,8 +14,8 @@ from ...engine.dispatch import kernel
 from ...engine.elementary import exp, log, square
 from . import bank, judging, linear
 
-AHEAD, LATE, MOVES = 0, 1, 2  # courses; and the first of those that are manoeuvres
-STRENGTHS = tuple(2.0 * 6.0**k for k in range(bank.COURSES - MOVES))  # of the gentlest manoeuvre of a class
+AHEAD, LATE, MOVES = 0, 1, bank.AHEADS  # courses; and the first of those that are manoeuvres
+STRENGTHS = tuple(2.0 * 6.0**k for k in range(bank.MOVES))  # of the gentlest manoeuvre of a class
 BEGINS, ENDS = 0.01, 0.03  # a manoeuvre, at a plot
 LATE_BEGINS, LATE_ENDS = 0.003, 0.3  # and plots that are late
 OLD = 1.0  # times between plots, that those are old
@@ -30,22 +30,20 @@ LEAST_FREEDOM = 2.0
 LEAST = 1e-12  # probability of a course
 POINTS = 4.0  # variances of a velocity, that its square is beyond where it shows the way
 USUAL, WIDELY, WILDLY = 0, 1, 2  # of what a plot may be
-SHARE = 0  # of the numbers of a course; its coordinates follow
 
 
 @kernel
 def at_course(j, C, c):
-    """Return where coordinate c of a course starts among the numbers of all: state, upper triangle of its covariance.
-
-    Of 0 and above; its share stands before them.
-    """
-    return j * (1 + bank.COURSE * C) + 1 + bank.COURSE * c
+    """Return where coordinate c of a course starts among the numbers of all: as those of a linear member stand."""
+    if j < MOVES:
+        return (j * C + c) * bank.LINE
+    return MOVES * C * bank.LINE + ((j - MOVES) * C + c) * bank.CURVE
 
 
 @kernel
 def at_share(j, C):
-    """Return where the probability of a course stands."""
-    return j * (1 + bank.COURSE * C) + SHARE
+    """Return where the probability of a course stands: for the scale of its first coordinate."""
+    return at_course(j, C, 0) + linear.SCALE
 
 
 @kernel
@@ -60,7 +58,7 @@ def follows(i, j):
     if i >= MOVES:
         return ENDS if j == AHEAD else (1.0 - ENDS if i == j else 0.0)
     if j >= MOVES:
-        return BEGINS / (bank.COURSES - MOVES)
+        return BEGINS / bank.MOVES
     passes = LATE_BEGINS if i == AHEAD else LATE_ENDS
     return 1.0 - BEGINS - passes if i == j else passes
 
@@ -68,47 +66,52 @@ def follows(i, j):
 @kernel
 def begin(task, K, C, d, e, r):
     """Start all courses at the second plot, ``e`` (C,) after the first, d seconds before; r (C,) is their variance."""
+    K[: bank.courses_size(C)] = 0.0
     for j in range(bank.COURSES):
         K[at_share(j, C)] = BEGINS if j >= MOVES else LATE_BEGINS
         for c in range(C):
             x = at_course(j, C, c)
-            P = x + linear.P
-            K[x : x + bank.COURSE] = 0.0
-            K[x + 1] = e[c] / d
-            K[P], K[P + 1], K[P + 3], K[P + 5] = r[c], r[c] / d, 2.0 * r[c] / (d * d), square(strength(task, j))
-    K[at_share(AHEAD, C)] = 1.0 - LATE_BEGINS - (bank.COURSES - MOVES) * BEGINS
+            K[x + linear.V] = e[c] / d
+            K[x + linear.PP], K[x + linear.PV], K[x + linear.VV] = r[c], r[c] / d, 2.0 * r[c] / (d * d)
+            if j >= MOVES:
+                K[x + linear.AA] = square(strength(task, j))
+    K[at_share(AHEAD, C)] = 1.0 - LATE_BEGINS - bank.MOVES * BEGINS
 
 
 @kernel
 def mix(task, K, C, mixed):
     """Fill what each course is about to go on from: itself, and those on which it follows, with a new acceleration."""
-    size = 1 + bank.COURSE * C
+    mixed[: bank.courses_size(C)] = 0.0
     for j in range(bank.COURSES):
-        to, total = at_share(j, C), 0.0
-        mixed[to : to + size] = 0.0
+        total, fresh = 0.0, square(strength(task, j))
         for i in range(bank.COURSES):
             total += K[at_share(i, C)] * follows(i, j)
-        mixed[to] = total
         for i in range(bank.COURSES):
             w = K[at_share(i, C)] * follows(i, j) / total
             if w > 0.0:
                 for c in range(C):
                     m, x = at_course(j, C, c), at_course(i, C, c)
-                    mixed[m], mixed[m + 1] = mixed[m] + w * K[x], mixed[m + 1] + w * K[x + 1]
-                    mixed[m + 2] += w * K[x + 2] if i == j else 0.0
-        fresh = square(strength(task, j))
+                    mixed[m], mixed[m + linear.V] = mixed[m] + w * K[x], mixed[m + linear.V] + w * K[x + linear.V]
+                    if i == j and j >= MOVES:
+                        mixed[m + linear.A] += w * K[x + linear.A]
         for i in range(bank.COURSES):
             w = K[at_share(i, C)] * follows(i, j) / total
             if w > 0.0:
                 for c in range(C):
                     m, x = at_course(j, C, c), at_course(i, C, c)
-                    P, V, p, v, a = m + linear.P, x + linear.P, K[x] - mixed[m], K[x + 1] - mixed[m + 1], -mixed[m + 2]
-                    pa, va, aa = 0.0, 0.0, fresh
-                    if i == j:
-                        a, pa, va, aa = a + K[x + 2], K[V + 2], K[V + 4], K[V + 5]
-                    mixed[P], mixed[P + 1] = mixed[P] + w * (K[V] + p * p), mixed[P + 1] + w * (K[V + 1] + p * v)
-                    mixed[P + 2], mixed[P + 3] = mixed[P + 2] + w * (pa + p * a), mixed[P + 3] + w * (K[V + 3] + v * v)
-                    mixed[P + 4], mixed[P + 5] = mixed[P + 4] + w * (va + v * a), mixed[P + 5] + w * (aa + a * a)
+                    p, v = K[x] - mixed[m], K[x + linear.V] - mixed[m + linear.V]
+                    mixed[m + linear.PP] += w * (K[x + linear.PP] + p * p)
+                    mixed[m + linear.PV] += w * (K[x + linear.PV] + p * v)
+                    mixed[m + linear.VV] += w * (K[x + linear.VV] + v * v)
+                    if j >= MOVES:
+                        a, pa, va, aa = -mixed[m + linear.A], 0.0, 0.0, fresh
+                        if i == j:
+                            a += K[x + linear.A]
+                            pa, va, aa = K[x + linear.PA], K[x + linear.VA], K[x + linear.AA]
+                        mixed[m + linear.PA] += w * (pa + p * a)
+                        mixed[m + linear.VA] += w * (va + v * a)
+                        mixed[m + linear.AA] += w * (aa + a * a)
+        mixed[at_share(j, C)] = total
 
 
 @kernel
@@ -119,14 +122,15 @@ def go_on(task, mixed, C, d, T, r):
         for c in range(C):
             q = NOISE * r[c] / (T * T * T) + square(WOBBLES * task.fastest / judging.GENTLE) * T
             white, aa = q * d, (1.0 - f * f) * square(strength(task, j))
-            linear.predict_curve(
-                mixed, at_course(j, C, c), d, f, d, 0.5 * d * d, 1.0,
-                white * d * d / 3.0, 0.5 * white * d, 0.0, white, 0.0, aa,
-            )  # fmt: skip
+            at, pp, pv = at_course(j, C, c), white * d * d / 3.0, 0.5 * white * d
+            if j < MOVES:
+                linear.predict_line(mixed, at, d, 1.0, 1.0, pp, pv, white)
+            else:
+                linear.predict_curve(mixed, at, d, f, d, 0.5 * d * d, 1.0, pp, pv, 0.0, white, 0.0, aa)
     v2 = 0.0
     for c in range(C):
-        v2 += square(mixed[at_course(LATE, C, c) + 1])
-    mixed[at_course(LATE, C, 0) + linear.P] += v2 * square(OLD * T)
+        v2 += square(mixed[at_course(LATE, C, c) + linear.V])
+    mixed[at_course(LATE, C, 0) + linear.PP] += v2 * square(OLD * T)
 
 
 @kernel
@@ -150,7 +154,7 @@ def weigh(row, mixed, C, e, r, parts):
             nu, volume, far = WILD_FREEDOM if which == WILDLY else freedom, 1.0, 1.0
             for c in range(C):
                 x = at_course(j, C, c)
-                S = mixed[x + linear.P] + wider(which) * r[c]
+                S = mixed[x + linear.PP] + wider(which) * r[c]
                 volume *= S
                 far *= 1.0 + square(e[c] - mixed[x]) / (S * nu)
             own[which] = usual if which == USUAL else (widely if which == WIDELY else wildly)
@@ -185,22 +189,20 @@ def correct(K, mixed, C, e, r, parts):
         K[at_share(j, C)] = mixed[at_share(j, C)]
         for c in range(C):
             x, gain, gain2 = at_course(j, C, c), 0.0, 0.0
-            P = x + linear.P
+            pp, pv = mixed[x + linear.PP], mixed[x + linear.PV]
             for which in range(WILDLY):
-                one = 1.0 / (mixed[P] + wider(which) * r[c])
+                one = 1.0 / (pp + wider(which) * r[c])
                 gain, gain2 = gain + parts[3 * j + which] * one, gain2 + parts[3 * j + which] * one * one
             off = e[c] - mixed[x]
             spread = off * off * max(gain2 - gain * gain, 0.0) - gain
-            pp, pv, pa = mixed[P], mixed[P + 1], mixed[P + 2]
-            K[x], K[x + 1], K[x + 2] = (
-                mixed[x] + pp * off * gain - e[c],
-                mixed[x + 1] + pv * off * gain,
-                mixed[x + 2] + pa * off * gain,
-            )
-            V = x + linear.P
-            K[V], K[V + 1], K[V + 2] = pp + pp * pp * spread, pv + pp * pv * spread, pa + pp * pa * spread
-            K[V + 3], K[V + 4] = mixed[P + 3] + pv * pv * spread, mixed[P + 4] + pv * pa * spread
-            K[V + 5] = mixed[P + 5] + pa * pa * spread
+            K[x], K[x + linear.V] = mixed[x] + pp * off * gain - e[c], mixed[x + linear.V] + pv * off * gain
+            K[x + linear.PP], K[x + linear.PV] = pp + pp * pp * spread, pv + pp * pv * spread
+            K[x + linear.VV] = mixed[x + linear.VV] + pv * pv * spread
+            if j >= MOVES:
+                pa = mixed[x + linear.PA]
+                K[x + linear.A] = mixed[x + linear.A] + pa * off * gain
+                K[x + linear.PA], K[x + linear.VA] = pa + pp * pa * spread, mixed[x + linear.VA] + pv * pa * spread
+                K[x + linear.AA] = mixed[x + linear.AA] + pa * pa * spread
 
 
 @kernel
@@ -209,8 +211,8 @@ def turn(row, K, C):
     along, across, variance = 0.0, 0.0, 0.0
     for j in range(bank.COURSES):
         w, a, b = K[at_share(j, C)], at_course(j, C, 0), at_course(j, C, 1)
-        along, across = along + w * K[a + 1], across + w * K[b + 1]
-        variance += w * (K[a + linear.P + 3] + K[b + linear.P + 3])
+        along, across = along + w * K[a + linear.V], across + w * K[b + linear.V]
+        variance += w * (K[a + linear.VV] + K[b + linear.VV])
     v2 = along * along + across * across
     if not v2 > POINTS * variance:
         return
@@ -219,10 +221,9 @@ def turn(row, K, C):
     row[E], row[N] = cos * row[E] - sin * row[N], cos * row[N] + sin * row[E]
     for j in range(bank.COURSES):
         a, b = at_course(j, C, 0), at_course(j, C, 1)
-        for k in range(2 if j >= MOVES else 3):
+        for k in range(linear.PP):
             K[a + k], K[b + k] = cos * K[a + k] + sin * K[b + k], cos * K[b + k] - sin * K[a + k]
-        for k in range(linear.P, linear.P + 4):
-            if k != linear.P + 2:
-                first, second = K[a + k], K[b + k]
-                K[a + k] = cos * cos * first + sin * sin * second
-                K[b + k] = sin * sin * first + cos * cos * second
+        for k in range(linear.PP, linear.SCALE):
+            first, second = K[a + k], K[b + k]
+            K[a + k] = cos * cos * first + sin * sin * second
+            K[b + k] = sin * sin * first + cos * cos * second

@@ -64,11 +64,11 @@ def leave(task, row, C, T, d, unit):
     pp, pv = vv * d * d / 3, vv * d / 2
     for i in range(bank.KALMAN):
         for c in range(C):
-            at = bank.at_linear(C, i) + bank.LINEAR * c
-            r, p = unit[c] * row[at + linear.SCALE], at + linear.P
-            row[p] += pp / r
-            row[p + 1] += pv / r
-            row[p + 3] += vv / r
+            at = bank.at_linear(C, i, c)
+            r = unit[c] * row[at + linear.SCALE]
+            row[at + linear.PP] += pp / r
+            row[at + linear.PV] += pv / r
+            row[at + linear.VV] += vv / r
     for i in range(bank.circles(C)):
         p = bank.at_circle(C, i) + circle.P
         for c in range(C):

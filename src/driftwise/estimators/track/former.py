@@ -3,7 +3,7 @@
 Members that are none any more are left out. Those that are keep their state; legs begin from the turn that stays. Later
 rows had no pace: what was typical of the time between plots is taken for it. Tables had no column for what is
 unforeseen: their forecasts gave it nothing. Rows did not keep the plot that was called wild: none was. Nor what the
-target may do: that begins with the next plot.
+target may do: that begins with the next plot; and members of constant velocity kept an acceleration of 0.
 """
 
 from __future__ import annotations
@@ -15,6 +15,8 @@ from . import bank, circle, legs
 LINEAR, KEPT_LINEAR = 13, (*range(10), 12)  # members there were, and those that stay
 CIRCLES, KEPT_CIRCLE = 2, 1
 POLES, KEPT_POLES = 5, (0, 2, 4)
+NUMBERS, LINE = 10, (0, 1, 3, 4, 6, 9)  # of a coordinate of a linear member there were; those of constant velocity
+CURVE = (*LINE, 2, 5, 7, 8)
 
 
 def members(C: int) -> int:
@@ -24,7 +26,7 @@ def members(C: int) -> int:
 
 def sizes(C: int) -> tuple[int, int, int, int]:
     """Return how many numbers a row had: before one went by legs, had a pace, what was called wild, and courses."""
-    last = bank.row_at(C).courses
+    last = bank.row_at(C).courses + (NUMBERS - len(LINE)) * bank.LINES * C
     kept = last - 1 - C
     return size(C), kept - 1, kept, last
 
@@ -32,7 +34,7 @@ def sizes(C: int) -> tuple[int, int, int, int]:
 def size(C: int) -> int:
     """Return how many numbers a row had before one went by legs."""
     circular = CIRCLES * bank.circle_size(C) if C == 2 else 0
-    return _weights(C) + members(C) + LINEAR * bank.LINEAR * C + circular + POLES * bank.pole_size(C)
+    return _weights(C) + members(C) + LINEAR * NUMBERS * C + circular + POLES * bank.pole_size(C)
 
 
 def rows(C: int, found: np.ndarray) -> np.ndarray:
@@ -47,7 +49,12 @@ def rows(C: int, found: np.ndarray) -> np.ndarray:
         found = np.insert(found, places, 0.0, axis=-1)
     if not found.ndim or found.shape[-1] != sizes(C)[3]:
         return found
-    return np.concatenate([found, np.zeros((*found.shape[:-1], bank.row_size(C) - sizes(C)[3]))], axis=-1)
+    first = int(bank.row_at(C).linear)
+    head, linear, rest = np.split(found, [first, first + bank.KALMAN * NUMBERS * C], axis=-1)
+    members = linear.reshape(*found.shape[:-1], bank.KALMAN, C, NUMBERS)
+    parts = [members[..., : bank.LINES, :, LINE], members[..., bank.LINES :, :, CURVE]]
+    parts = [part.reshape(*found.shape[:-1], -1) for part in parts]
+    return np.concatenate([head, *parts, rest, np.zeros((*found.shape[:-1], bank.courses_size(C)))], axis=-1)
 
 
 def _weights(C: int) -> int:
@@ -57,7 +64,7 @@ def _weights(C: int) -> int:
 
 def _of_today(C: int, found: np.ndarray) -> np.ndarray:
     """Return rows with today's members."""
-    ends = np.cumsum([_weights(C), members(C), LINEAR * bank.LINEAR * C, size(C)])
+    ends = np.cumsum([_weights(C), members(C), LINEAR * NUMBERS * C, size(C)])
     head, weights, linear, rest = np.split(found, ends[:3], axis=-1)
     last = rest.shape[-1] - POLES * bank.pole_size(C)
     weights = _chosen(weights, C, weights[..., LINEAR + KEPT_CIRCLE : LINEAR + KEPT_CIRCLE + 1])

@@ -29,9 +29,9 @@ def foresee(row, C, T, d, fastest, unit, g, mean, S):
     k = bank.KALMAN
     for i in range(bank.KALMAN):
         for c in range(C):
-            at = bank.at_linear(C, i) + bank.LINEAR * c
+            at = bank.at_linear(C, i, c)
             mean[i, c] = row[at]
-            S[i, c] = (row[at + linear.P] + g[c]) * unit[c] * row[at + linear.SCALE]
+            S[i, c] = (row[at + linear.PP] + g[c]) * unit[c] * row[at + linear.SCALE]
     for i in range(bank.circles(C)):
         for c in range(C):
             at = bank.at_circle(C, i)
@@ -102,12 +102,12 @@ def moves(task, row, C, i, T, unit):
     least, size2 = task.fastest / GENTLE, 0.0
     if i < bank.LINES:
         for c in range(C):
-            r = unit[c] * row[bank.at_linear(C, i) + bank.LINEAR * c + linear.SCALE]
+            r = unit[c] * row[bank.at_linear(C, i, c) + linear.SCALE]
             size2 = max(size2, bank.STRAIGHT[i][1] * r / (T * T * T * T))
         return 1 if i > 0 and size2 > least * least else 0
     if i < bank.KALMAN:
         for c in range(C):
-            size2 += square(row[bank.at_linear(C, i) + bank.LINEAR * c + 2])
+            size2 += square(row[bank.at_linear(C, i, c) + linear.A])
         return 1 if size2 > least * least else 0
     if i < bank.KALMAN + bank.circles(C):
         at = bank.at_circle(C, i - bank.KALMAN)
@@ -127,9 +127,9 @@ def bends(row, C, i, T, unit):
     if i < bank.KALMAN:
         size2, variance = 0.0, 0.0
         for c in range(C):
-            at = bank.at_linear(C, i) + bank.LINEAR * c
-            size2 += square(row[at + 2])
-            variance += row[at + linear.P + 5] * unit[c] * row[at + linear.SCALE]
+            at = bank.at_linear(C, i, c)
+            size2 += square(row[at + linear.A])
+            variance += row[at + linear.AA] * unit[c] * row[at + linear.SCALE]
         return size2 > 4.0 * variance
     if bank.goes_by_legs(C, i):
         size2, apart2 = legs.acceleration(row, C, T)

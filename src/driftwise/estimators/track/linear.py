@@ -9,9 +9,9 @@ import math
 from ...engine.dispatch import kernel
 from ...engine.elementary import square
 from ...models.manoeuvre import response, spread
-from .bank import CURVED, KALMAN, LINEAR, LINES, STRAIGHT, at_linear
+from .bank import CURVE, CURVED, KALMAN, LINE, LINES, STRAIGHT, at_linear
 
-X, P, SCALE = 0, 3, 9  # of a member's numbers
+X, V, PP, PV, VV, SCALE, A, PA, VA, AA = range(CURVE)  # of a member's numbers; a line has the first six
 RATES = tuple(sorted({alpha for alpha, _ in (*STRAIGHT, *CURVED)}))  # alpha T: what differs takes an integral each
 
 
@@ -20,41 +20,40 @@ def begin(row, C, T, fastest, unit):
     """Start all of them on the first plot: at rest, within the speed of the class (units of the plots' variance)."""
     for i in range(KALMAN):
         for c in range(C):
-            at = at_linear(C, i) + LINEAR * c
-            row[at : at + LINEAR] = 0.0
-            row[at + P], row[at + P + 3], row[at + SCALE] = 1.0, fastest * fastest / unit[c], 1.0
-            row[at + P + 5] = 0.0 if i < LINES else 1.0 / square(square(T))
+            at = at_linear(C, i, c)
+            row[at : at + (LINE if i < LINES else CURVE)] = 0.0
+            row[at + PP], row[at + VV], row[at + SCALE] = 1.0, fastest * fastest / unit[c], 1.0
+            if i >= LINES:
+                row[at + AA] = 1.0 / square(square(T))
 
 
 @kernel
 def predict_line(row, at, d, f, share, pp, pv, vv):
-    """Take position, velocity and the upper triangle of their covariance on; the velocity keeps a factor f."""
-    x, p = at + X, at + P
-    row[x] += d * row[x + 1]
-    row[x + 1] *= f
-    b, c = row[p + 1] + d * row[p + 3], row[p + 3]
-    row[p] = max(row[p] + d * row[p + 1] + d * b, 0.0) + share * pp
-    row[p + 1] = f * b + share * pv
-    row[p + 3] = f * f * c + share * vv
+    """Take position, velocity and their covariance on; the velocity keeps a factor f."""
+    row[at] += d * row[at + V]
+    row[at + V] *= f
+    b, c = row[at + PV] + d * row[at + VV], row[at + VV]
+    row[at + PP] = max(row[at + PP] + d * row[at + PV] + d * b, 0.0) + share * pp
+    row[at + PV] = f * b + share * pv
+    row[at + VV] = f * f * c + share * vv
 
 
 @kernel
 def predict_curve(row, at, d, f, g, s, share, pp, pv, pa, vv, va, aa):
-    """Take position, velocity, acceleration and the upper triangle of their covariance d seconds on."""
-    x, p = at + X, at + P
-    row[x] += d * row[x + 1] + s * row[x + 2]
-    row[x + 1] += g * row[x + 2]
-    row[x + 2] *= f
-    a = row[p] + d * row[p + 1] + s * row[p + 2]
-    b = row[p + 1] + d * row[p + 3] + s * row[p + 4]
-    c = row[p + 2] + d * row[p + 4] + s * row[p + 5]
-    e, h = row[p + 3] + g * row[p + 4], row[p + 4] + g * row[p + 5]
-    row[p] = max(a + d * b + s * c, 0.0) + share * pp
-    row[p + 1] = b + g * c + share * pv
-    row[p + 2] = f * c + share * pa
-    row[p + 3] = e + g * h + share * vv
-    row[p + 4] = f * h + share * va
-    row[p + 5] = f * f * row[p + 5] + share * aa
+    """Take position, velocity, acceleration and their covariance d seconds on."""
+    row[at] += d * row[at + V] + s * row[at + A]
+    row[at + V] += g * row[at + A]
+    row[at + A] *= f
+    a = row[at + PP] + d * row[at + PV] + s * row[at + PA]
+    b = row[at + PV] + d * row[at + VV] + s * row[at + VA]
+    c = row[at + PA] + d * row[at + VA] + s * row[at + AA]
+    e, h = row[at + VV] + g * row[at + VA], row[at + VA] + g * row[at + AA]
+    row[at + PP] = max(a + d * b + s * c, 0.0) + share * pp
+    row[at + PV] = b + g * c + share * pv
+    row[at + PA] = f * c + share * pa
+    row[at + VV] = e + g * h + share * vv
+    row[at + VA] = f * h + share * va
+    row[at + AA] = f * f * row[at + AA] + share * aa
 
 
 @kernel
@@ -67,7 +66,7 @@ def predict_all(row, C, T, d):
             if (STRAIGHT[i][0] if i < LINES else CURVED[i - LINES][0]) != rate:
                 continue
             for c in range(C):
-                at = at_linear(C, i) + LINEAR * c
+                at = at_linear(C, i, c)
                 if i < LINES:
                     predict_line(row, at, g, f, STRAIGHT[i][1] / (T * T * T), vv, va, aa)
                 else:
@@ -77,26 +76,28 @@ def predict_all(row, C, T, d):
 
 
 @kernel
-def correct(row, at, e, g):
+def correct(row, at, i, e, g):
     """Let the position be measured: innovation e, g the variance of the plot in units of the plots'.
 
     The covariance becomes C + u u' g/(s pp): u is the position's column, C what velocity and acceleration have without
     it. A sum, so that nothing cancels after a long gap.
     """
-    x, p = at + X, at + P
-    pp, pv, pa = row[p], row[p + 1], row[p + 2]
+    pp, pv = row[at + PP], row[at + PV]
     s = pp + g
-    row[x] += pp / s * e
-    row[x + 1] += pv / s * e
-    row[x + 2] += pa / s * e
-    vv, aa = max(row[p + 3] - pv / pp * pv, 0.0), max(row[p + 5] - pa / pp * pa, 0.0)
-    most, share = math.sqrt(vv * aa), g / s
-    row[p + 5] = aa + share * (pa / pp) * pa
-    row[p + 4] = min(max(row[p + 4] - pv / pp * pa, -most), most) + share * (pv / pp) * pa
-    row[p + 3] = vv + share * (pv / pp) * pv
-    row[p + 2] = share * pa
-    row[p + 1] = share * pv
-    row[p] = share * pp
+    vv, share = max(row[at + VV] - pv / pp * pv, 0.0), g / s
+    row[at] += pp / s * e
+    row[at + V] += pv / s * e
+    if i >= LINES:
+        pa = row[at + PA]
+        aa = max(row[at + AA] - pa / pp * pa, 0.0)
+        most = math.sqrt(vv * aa)
+        row[at + A] += pa / s * e
+        row[at + AA] = aa + share * (pa / pp) * pa
+        row[at + VA] = min(max(row[at + VA] - pv / pp * pa, -most), most) + share * (pv / pp) * pa
+        row[at + PA] = share * pa
+    row[at + VV] = vv + share * (pv / pp) * pv
+    row[at + PV] = share * pv
+    row[at + PP] = share * pp
 
 
 @kernel

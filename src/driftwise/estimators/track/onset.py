@@ -23,7 +23,7 @@ def noise(row, C, c, w):
     """Return the scale of a plot's variance by those that lead: no manoeuvre makes it louder."""
     level, share = 0.0, 0.0
     for i in range(bank.KALMAN):
-        level += w[i] * log(row[bank.at_linear(C, i) + bank.LINEAR * c + linear.SCALE])
+        level += w[i] * log(row[bank.at_linear(C, i, c) + linear.SCALE])
         share += w[i]
     return exp(level / share) if share > LEADING else 1.0
 
@@ -31,7 +31,7 @@ def noise(row, C, c, w):
 @rare
 def watch(task, row, C, T, d, y, unit, g, w, exact, room):
     """Follow what the target may do: from the second plot on, and from the plot before where nothing was followed."""
-    size = bank.COURSES * (1 + bank.COURSE * C)
+    size = bank.courses_size(C)
     K, E, N = row[bank.row_at(C).courses :], bank.of_coordinate(C, bank.WAY, 0), bank.of_coordinate(C, bank.WAY, C - 1)
     e, r, mixed, parts = room[:C], room[C : 2 * C], room[2 * C : 2 * C + size], room[2 * C + size :]
     is_begun = K[courses.at_share(courses.AHEAD, C)] > 0.0

@@ -106,15 +106,20 @@ def member_state(row, C, i, T, unit, x, V):
         circle.member_state(row, C, i - bank.KALMAN, x, V)
     else:
         for c in range(C):
-            at, h = bank.at_linear(C, i) + bank.LINEAR * c, 3 * c
-            r, k = unit[c] * row[at + linear.SCALE], 0
-            for j in range(3):
-                x[h + j] = row[at + j]
-                for l in range(j, 3):
-                    V[h + j, h + l] = row[at + linear.P + k] * r
-                    k += 1
+            at, h = bank.at_linear(C, i, c), 3 * c
+            r = unit[c] * row[at + linear.SCALE]
+            x[h], x[h + 1] = row[at], row[at + linear.V]
+            V[h, h], V[h, h + 1], V[h + 1, h + 1] = (
+                row[at + linear.PP] * r,
+                row[at + linear.PV] * r,
+                row[at + linear.VV] * r,
+            )
             if i < bank.LINES:  # the mean acceleration between two plots
+                x[h + 2], V[h, h + 2], V[h + 1, h + 2] = 0.0, 0.0, 0.0
                 V[h + 2, h + 2] = bank.STRAIGHT[i][1] * r / square(square(T))
+            else:
+                x[h + 2], V[h, h + 2] = row[at + linear.A], row[at + linear.PA] * r
+                V[h + 1, h + 2], V[h + 2, h + 2] = row[at + linear.VA] * r, row[at + linear.AA] * r
 
 
 @kernel

@@ -41,10 +41,10 @@ def take_out_prior(row, C, i, T, fastest, unit, x, V):
     """
     evidence = 0.0
     for c in range(C):
-        r = unit[c] * row[bank.at_linear(C, bank.LINES - 1) + bank.LINEAR * c + linear.SCALE]
+        r = unit[c] * row[bank.at_linear(C, bank.LINES - 1, c) + linear.SCALE]
         between, prior, p, v = bank.STRAIGHT[-1][1] * r / square(bank.STRAIGHT[-1][0] * T), math.inf, 3 * c, 3 * c + 1
         if i < bank.LINES and bank.STRAIGHT[i][0] > 0.0:
-            r = unit[c] * row[bank.at_linear(C, i) + bank.LINEAR * c + linear.SCALE]
+            r = unit[c] * row[bank.at_linear(C, i, c) + linear.SCALE]
             prior = bank.STRAIGHT[i][1] * r / (2.0 * bank.STRAIGHT[i][0] * square(T))
         if not prior < square(fastest):
             evidence += 0.5 * log(between)

@@ -97,9 +97,9 @@ def _noise(est, row, R) -> np.ndarray:
         return R
     C, at = est.coordinates, bank.row_at(est.coordinates)
     w = np.exp(row[at.weights : at.weights + bank.KALMAN] - row[at.weights : at.weights + bank.KALMAN].max())
-    scale = row[at.linear : at.linear + bank.KALMAN * bank.LINEAR * C].reshape(bank.KALMAN, C, bank.LINEAR)
+    scale = np.array([[row[bank.at_linear(C, i, c) + linear.SCALE] for c in range(C)] for i in range(bank.KALMAN)])
     unit = np.exp(row[[bank.of_coordinate(C, bank.LOG, c) for c in range(C)]])
-    return np.broadcast_to(unit * (w @ scale[:, :, linear.SCALE]) / w.sum(), R.shape)
+    return np.broadcast_to(unit * (w @ scale) / w.sum(), R.shape)
 
 
 def _strange(est, y, front, back) -> np.ndarray:

@@ -61,8 +61,8 @@ def correct_all(task, row, C, T, d, y, g, unit, mean, S, exact, A, B, w, share, 
     learning.prepare_to_follow(task, row, C, T, unit, exact, share, least)
     for i in range(bank.KALMAN):
         for c in range(C):
-            at = bank.at_linear(C, i) + bank.LINEAR * c
-            linear.correct(row, at, y[c] - row[at], g[c])
+            at = bank.at_linear(C, i, c)
+            linear.correct(row, at, i, y[c] - row[at], g[c])
             before = row[at + linear.SCALE]
             row[at + linear.SCALE] = learning.follow(row, C, i, y, mean, S, calm, share, least, before, c)
     k, held = bank.KALMAN, 0.0
