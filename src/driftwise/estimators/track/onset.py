@@ -14,7 +14,7 @@ from ...engine.elementary import exp, log
 from . import bank, courses, learning, linear
 
 SOONEST = 6.0  # plots
-TOLD_ABOVE, OVER_BELOW = 0.85, 0.4  # of the lead: an onset, and when another may come
+TOLD_ABOVE, OVER_BELOW = 0.9, 0.3  # of the lead: an onset, and when another may come
 LEADING = 1e-6  # weight of all members of which the noise is taken, at least
 
 
