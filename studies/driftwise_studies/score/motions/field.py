@@ -23,7 +23,9 @@ RATE_HEAD = (
     "s from plot to plot", "tracks", "NIS above 3", "velocity", "within manoeuvres", "quiet plots",
     "false onsets, of 1000", "told", "delay, s", "of the soonest 70 %", "delay, scans",
 )  # fmt: skip
-SOONEST = 0.7  # of all manoeuvres, told or not: by their median, who tells more than these is not later than who does not
+SOONEST = (
+    0.7  # of all manoeuvres, told or not: by their median, who tells more than these is not later than who does not
+)
 
 
 class Total:
@@ -152,7 +154,8 @@ def by_rate(found: list[Found]) -> str:
             f"{least:g} to {most:g}", f"{len(some.tracks)}", number(1.0 - some.sober), number(some.held("velocity")),
             number(some.held("turning")), f"{some.quiet}", number(some.false_rate, 2),
             f"{number(some.told, 2)} of {len(some.delays)}",
-            number(float(np.median(delays)) if len(delays) else np.nan, 1), number(soonest(some), 1), number(some.delay, 1),
+            number(float(np.median(delays)) if len(delays) else np.nan, 1), number(soonest(some), 1),
+            number(some.delay, 1),
         ]] if some.tracks else []  # fmt: skip
     return table(rows, RATE_HEAD)
 
