@@ -33,6 +33,7 @@ from driftwise.memory.bayesian_change_point import CHANGE_POINT, HYPOTHESIS
 from driftwise.memory.likelihood_drift import LEARNER
 from driftwise.memory.modes import MODE
 from driftwise.memory.moments import MOMENT, ROW
+from driftwise.memory.retrospect import FILTERS, RETROSPECT
 from driftwise.memory.robust_start import ROWS
 from driftwise.memory.second_start import SECOND
 from driftwise.memory.suspicion import SUSPICION
@@ -74,6 +75,8 @@ MEMORIES = {
     "`past` of `AutoMemory`": PAST,
     "`moments` of `AutoMemory`": MOMENT,
     "a row of `kept` of `moments`": ROW,
+    "`late` of `AutoMemory`": RETROSPECT,
+    "each of `sets` of `late`": FILTERS,
     "`trial` of `AutoMemory`": TRIAL,
     "`Window`": WINDOW,
     "`BayesianChangePoint`": CHANGE_POINT,

@@ -11,6 +11,7 @@ from scipy.special import logsumexp
 
 from oracle.banks import Bank, Run, Units, forecast, mix, moments, outer, predict, start, update, where
 from oracle.moments import Moments
+from oracle.retrospect import Late
 from oracle.second_start import Rows, Second
 from oracle.suspicion import Most, Quiet, Suspicion
 
@@ -239,6 +240,7 @@ def run_auto(y, psi, phi, told=None, levels=(0.0, 1e-1), expect="both", P0=1e4):
     inc, out = start(S, M, n, P0, *((1 - n, 0.0) if learnt else (2.0, 2 * told))), Run.of(S, T, n, M)
     cap, trials, views = 2 * P0, [None] * S, [None] * S  # of a view: mean, P, sigma^2
     seconds, quiet, struck_before = [None] * S, np.zeros(S), np.zeros(S)
+    lates = [Late(n, learnt, phi) for _ in range(S)]
     rows, looks, most = [Rows(n) for _ in range(S)], [Moments(n, learnt) for _ in range(S)], [Most() for _ in range(S)]
 
     def later(s, here):
@@ -343,7 +345,8 @@ def run_auto(y, psi, phi, told=None, levels=(0.0, 1e-1), expect="both", P0=1e4):
                     for name in ("theta", "P", "nu", "chi2"):
                         getattr(new, name)[s] = getattr(winner, name)[0]
                     new.w[s] = trial.w[0]
-                    if what == "jump" or (what == "noise level" and winner.s2[0, 0] >= trial.before):
+                    is_new = what == "jump" and not lates[s].is_known(k, trial.age)
+                    if is_new or (what == "noise level" and winner.s2[0, 0] >= trial.before):
                         out.events.append((int(s), k, what))
                 elif not trial.is_over() and trial.shown.any():
                     views[s] = blend(new.at([s]), learner.eta[s], trial, over[s])
@@ -369,7 +372,17 @@ def run_auto(y, psi, phi, told=None, levels=(0.0, 1e-1), expect="both", P0=1e4):
                     learner.dtheta[s] = learner.dP[s] = 0
                     trials[s], views[s], what, out.odds[s, k] = None, None, "jump", found[0]
                     sums[s].calm()
-                    out.events.append((int(s), k, what))
+                    if not lates[s].is_known(k, found[-1]):
+                        out.events.append((int(s), k, what))
+            is_over = what == "jump" or (what and trial.told) or has_calmed
+            if is_over or not (rest[s] or (expect != "outliers" and units.count[s] > 250)):
+                lates[s].forget()
+            elif not rest[s]:
+                explained = looks[s].most(new, s, over[s])
+                late = lates[s].see(k, new, s, row[s], yk[s], 1 - taken.rho[s, 0], alm[s, -1], over[s], explained)
+                if late is not None:
+                    out.odds[s, k] = late / np.log(100)
+                    out.events.append((int(s), k, "jump"))
             if views[s] is None:
                 views[s] = tuple(part[0] for part in shy(new.at([s]), learner.eta[s]))
             clean[s] = 0 if rho > 0.5 else clean[s] + 1
@@ -391,6 +404,7 @@ def run_auto(y, psi, phi, told=None, levels=(0.0, 1e-1), expect="both", P0=1e4):
         mixes = seen & ~rest
         inc = predict(where(mixes, mix(new, A), new), phi, alm, cap, mixes)
         for s in range(S):
+            lates[s].pause += 1
             if trials[s] is not None:
                 trials[s].predict(phi, alm[s], cap, mixes[s])
             if views[s] is not None:

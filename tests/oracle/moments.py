@@ -40,7 +40,7 @@ class Moments:
         return v.astype(float) @ np.linalg.solve(G, Q @ v.astype(float)), np.linalg.slogdet(G)[1]
 
     def judge(self, new, s, inverse, q):
-        """Log odds over those at which it is told, and who jumped when, with which weight; None while it is not."""
+        """Log odds over those at which it is told, and who jumped when, with which weight; None while not."""
         if self.count % STEP:
             return None
         n, found = self.n, None
@@ -56,6 +56,13 @@ class Moments:
         if found is None:
             self.kept = [*self.kept, (new.w[s].copy(), self.sums, q.copy())][-KEPT:]
         return found
+
+    def most(self, new, s, inverse):
+        """How many variances of noise a jump of one parameter at some moment explains, at most."""
+        since = [self.sums - sums for _, sums, _ in self.kept]
+        sums = np.reshape(since, (-1, 3 + 2 * self.n))
+        score, known = sums[:, 3 : 3 + self.n], sums[:, 3 + self.n :]
+        return np.max(score**2 / (known + 1 / (LONE * inverse)), initial=0.0) / (new.chi2[s, 0] / new.nu[s, 0])
 
     def weigh(self, quiet, since, score, known, wide, square, nu, chi2, inverse, q):
         n, prior = self.n, 1e-3 * STEP
@@ -75,11 +82,12 @@ class Moments:
             return None
         w = ratios / ratios.sum()
         best = quiet[np.unravel_index(np.argmax(ratios), ratios.shape)[0]]
-        return odds, w, wide, wide * score, np.sum(w * square), self.kept[best][0]
+        since = STEP * (len(self.kept) - best)
+        return odds, w, wide, wide * score, np.sum(w * square), self.kept[best][0], since
 
     def follow(self, new, s, found):
         """The bank is the filter that never forgets, after the jump."""
-        _, w, wide, moved, less, weights = found
+        _, w, wide, moved, less, weights, _ = found
         s2 = new.chi2[s, 0] / new.nu[s, 0]
         shift = (w * moved).sum(0)
         P = new.P[s, 0] + np.diag((w * (wide + moved**2 / s2)).sum(0)) - np.outer(shift, shift) / s2

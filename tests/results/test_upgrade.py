@@ -77,7 +77,7 @@ def test_a_saved_fleet_goes_on_as_it_would_have():
 
 NEXT = json.loads((SAVED / "auto-next.json").read_text())  # samples that followed, and what was innovation of them
 NARROWER = "ARX", "eleventh"
-SAME = "fourth", "seventh", "eighth", "ninth", "tenth", "eleventh"
+SAME = "fourth", "seventh", "eighth", "ninth", "tenth", "eleventh", "twelfth"
 
 
 @pytest.mark.parametrize("form", ["first", "second", "third", *SAME])

@@ -58,7 +58,9 @@ class AutoMemory(NamedTuple):
     may be: "outliers" (then nothing jumps), "jumps" (then every sample counts) or "both". An outlier is discounted by
     the odds that it is one (status ``OUTLIER``); a jump is told (``JUMP``) at odds of 100:1 against none, and against
     another level of the noise, which is told as such if it is louder (``NOISE``), and taken back in silence where what
-    follows contradicts it. A plant at rest (``AT_REST``) teaches nothing about speeds and noise. ``phi`` as in `Drift`.
+    follows contradicts it. In regressions and `ARX` a jump that the filters have followed by then is told late, once
+    what came after says so at 10:1 or more: with its odds and its date, and no estimate moves by it. A plant at rest
+    (``AT_REST``) teaches nothing about speeds and noise. ``phi`` as in `Drift`.
 
     Bad at: records almost without noise, where a jump of more than two thousand of its deviations (`WIDEST`) may be
     followed a hundred samples late, or not at all; very smooth motion, and speeds that differ a thousandfold, where
@@ -117,7 +119,7 @@ class AutoMemoryKernel(NamedTuple):
 
     def state_size(self, parameters: int) -> int:
         """Return how many numbers it keeps."""
-        return drift_state_size(parameters, auto_size(parameters, len(self.levels)))
+        return drift_state_size(parameters, auto_size(parameters, len(self.levels), int(self.stakes)))
 
     @property
     def mixture_columns(self) -> int:

@@ -14,7 +14,11 @@ from .auto_constants import (
     EVEN,
     FREQUENT,
     ISOLATED,
+    JUMP_ODDS,
+    LATE_WORTH,
     LEARNT,
+    LOOK,
+    SETTLED,
     SHY,
     SHY_OF_OUTLIERS,
     STILL_LOUD,
@@ -48,13 +52,17 @@ from .first_samples import forget_a_little, is_unsettled
 from .less_noise import begin_if_quiet, go_on_quietly, hear, let_quiet
 from .likelihood_drift import carry, climb, follow, ratio
 from .mixing import drift_apart, drift_beside_state, interact, merge, take_dense_along, take_modes_along
-from .modes import WEIGHT, begin_modes, fold, mode, unfold
+from .modes import WEIGHT, begin_modes, fold, mode, own_sigma2, unfold
 from .modes import update as update_bank
 from .moments import ODDS as MOMENT_ODDS
 from .moments import SINCE as MOMENT_SINCE
-from .moments import add_up, expected, follow_moment, forget_moments, look_back
+from .moments import add_up, expected, follow_moment, forget_moments, look_back, most_lessened
 from .registry import BELIEVED, DOUBTED, LIKELY
 from .resolution import follow_resolution, least_variance
+from .retrospect import COUNTED as LATE_COUNTED
+from .retrospect import FOUND, forget_rows, is_known, keep_row, look_late, wait_on
+from .retrospect import ODDS as LATE_ODDS
+from .retrospect import SINCE as LATE_SINCE
 from .robust_start import remember
 from .second_start import AGE as SECOND_AGE
 from .second_start import concede, is_explained, let_start, start_again
@@ -190,7 +198,9 @@ def adapt_auto(memory, state, e, R, view):
     is_early = drift.head[SEEN] < YOUNG_ENOUGH and not is_unexcited
     if memory.keeps_rows > 0.0 and is_early and R <= TRUSTED * memory.R:
         remember(parts.rows, view.psi, e + dot(view.psi, theta))
+    said = e + dot(view.psi, theta)
     looks_back = memory.stakes * memory.jumps > 0.0 and drift.head[SEEN] > LEARNT and not is_unexcited
+    looks_late = looks_back and drift.head[SEEN] > SETTLED
     slow, slow_e, slow_T, slow_s2, slow_weight = mode(own.bank, 0, N).own, 0.0, 1.0, 1.0, 1.0
     if looks_back:
         slow_e, slow_T, slow_s2 = expected(memory, own.bank, e, R, theta, view)
@@ -221,7 +231,7 @@ def adapt_auto(memory, state, e, R, view):
             calm(parts.sums)
             forget_moments(parts.moments)
             head[QUIET] = 0.0
-            is_on = climbs = looks_back = False
+            is_on = climbs = looks_late = looks_back = False
     if is_on:
         rho = try_out(memory, parts, e, R, evidence, rho, outliers, view, least)
     elif trial.head[AGE] > 0.0:  # at rest nothing is decided, and what was probable stays so
@@ -253,7 +263,22 @@ def adapt_auto(memory, state, e, R, view):
         view.fresh[N] = BELIEVED if head[VERDICT] == A_JUMP else DOUBTED if trial.head[AGE] > 0.0 else 0.0
     if head[VERDICT] == NOTHING and trial.shown[0] + trial.shown[1] + trial.shown[2] > 0.0:
         blend(memory, parts, view)
+    if head[VERDICT] == A_JUMP or (head[VERDICT] != NOTHING and is_told(trial)) or not (looks_late or is_unexcited):
+        forget_rows(parts.late)
+    elif looks_late:
+        look_back_late(memory, parts, view.psi, said, memory.R / R if R > memory.R else 1.0, 1.0 - own.logs[M + 4])
     return T
+
+
+@kernel
+def look_back_late(memory, parts, psi, y, weight, share):
+    """Keep a row, and now and then look back over the last ones."""
+    late, own, drift, is_likely = parts.late, parts.own, parts.drift, False
+    keep_row(late, psi, y, weight, share)
+    if int(late.head[LATE_COUNTED]) % LOOK == 0:
+        s2 = own_sigma2(memory, mode(own.bank, 0, drift.unit.size).own)
+        is_likely = most_lessened(memory, parts.moments, drift.unit) > LATE_WORTH * s2
+    look_late(memory, late, parts.work, own, drift.unit, drift.q, is_likely)
 
 
 @kernel
@@ -283,13 +308,18 @@ def additive_share_auto(memory, state):
 
 @kernel
 def found_jump_auto(memory, state, detector_state):
-    """Tell a jump, and when the trial that found it began."""
+    """Tell a jump, and when the trial that found it began; none a second time that was told late."""
     parts = open_parts(memory, state, memory.cap.size)
-    is_told = parts.head[VERDICT] == A_JUMP
+    late, is_new = parts.late.head, parts.head[VERDICT] == A_JUMP
     detector_state[STATISTIC] = parts.trial.head[ODDS]
-    if is_told:
+    if is_new:
         detector_state[SINCE], detector_state[WHICH] = parts.head[SINCE_NOW], -1.0
-    return 1.0 if is_told else 0.0
+        is_new = not is_known(parts.late, parts.head[SINCE_NOW])
+    elif late[FOUND] > 0.0:
+        detector_state[STATISTIC] = late[LATE_ODDS] / JUMP_ODDS
+        detector_state[SINCE], detector_state[WHICH] = late[LATE_SINCE], -1.0
+        is_new = True
+    return 1.0 if is_new else 0.0
 
 
 @kernel
@@ -317,6 +347,7 @@ def time_update_auto(memory, state, elapsed, view):
     if trial.head[AGE] > 0.0:
         time_update_copies(memory, trial, parts.sets, compete(memory, parts), q, waits, view.b)
     own.head[WAITS] = 0.0
+    wait_on(parts.late)
     if memory.past > 0.0:
         is_one = view.surprise >= 0.0 and head[RHO] > LIKELY and head[VERDICT] == NOTHING
         pass_kinds(memory, parts.past, head[RHO] if is_one else 0.0)

@@ -4,7 +4,7 @@ NVRs and jumps are in units of the noise: a parameter off by its unit R/ms moves
 Those chosen by trial were chosen on the drawn systems of the scoreboard, with the seed that is kept for choosing.
 """
 
-from ..engine.elementary import log
+from ..engine.elementary import exp, log
 
 # How fast parameters drift
 LEVELS = (0.0, 0.1)  # NVRs beside the learnt one: none, and as fast as can be told from noise (three samples)
@@ -72,6 +72,21 @@ FREED_FREEDOM = 4.0  # what is known of sigma^2 after a jump, at most: a level m
 STEP, MOMENTS = 4, 8  # samples between two moments at which one parameter may have jumped, and how many are kept
 WORTH = 8.0  # variances of noise that a jump must explain before the sum over moments is worth its exponentials
 MOMENT_BY_DRIFT = 0.0  # log odds that it needs against the bank, and against having walked all the time
+
+# A jump told late, which moves nothing
+SETTLED = 250.0  # samples before rows are kept: what stands against a jump is a walk at the speed learnt before
+KEPT_ROWS, ANEW, KEPT_FILTERS, LOOK = (
+    48,
+    16,
+    3,
+    8,
+)  # rows kept; filters are kept anew after so many, so many of them; and rows
+# between two looks back, over all rows or all but sixteen
+SMALL, ALL_JUMP = 0.5, 0.3  # variance of a jump, in units: the larger ones a trial tells; and how often all jump
+FAST_SAYS = RATE * KEPT_ROWS * exp(BY_DRIFT)  # probability that they have begun to drift as fast as the fast filter
+LATE = log(10.0)  # log odds at which it is told: at 2.7:1 records in rest have .02 false ones, all that is allowed
+RECENT = 12  # rows; what happened in the last of them is a trial's: no jump there is told late, louder noise counts
+LATE_WORTH = 10.0  # variances of noise that a jump must explain before looking back is worth its cost
 
 # Trials
 SURPRISE_OF_STATE = 4.0  # the same beside a state, as one in 22 does: there it is cheap to begin again

@@ -13,6 +13,7 @@ from .less_noise import MOST
 from .likelihood_drift import learner_size, open_learner
 from .moments import moments_size, open_moments
 from .resolution import RESOLUTION
+from .retrospect import open_retrospect, open_work, retrospect_size
 from .robust_start import open_rows, rows_size
 from .second_start import open_second, second_size, share_of
 from .set_free import open_set_free
@@ -48,7 +49,8 @@ AUTO = Layout(
     Field("moments", ("moments_size(N, M, MOMENTS)",), "when one parameter may have jumped"),
     *RESOLUTION,
     *MOST,
-    given=("N", "M"),
+    Field("late", ("retrospect_size(N, looks)",), "the last rows, in which something may have jumped"),
+    given=("N", "M", "looks"),
     bank_size=bank_size,
     suspicion_size=suspicion_size,
     second_size=second_size,
@@ -57,6 +59,7 @@ AUTO = Layout(
     rows_size=rows_size,
     past_size=past_size,
     moments_size=moments_size,
+    retrospect_size=retrospect_size,
     MOMENTS=MOMENTS,
 )
 open_auto, auto_size = kernel(AUTO.open), kernel(AUTO.size)
@@ -78,21 +81,41 @@ class Parts(NamedTuple):
     moments: tuple
     resolution: np.ndarray
     most: np.ndarray
+    late: tuple
+    work: tuple
 
 
 @kernel
 def open_parts(memory, state, N):
     """Return the views."""
     drift = open_drift_state(state, N)
-    parts = open_auto(drift.own, N, MODES)
+    looks = 0
+    if drift.own.size > auto_size(N, MODES, 0):  # rows are kept in regressions alone
+        looks = 1
+    parts = open_auto(drift.own, N, MODES, looks)
     bank, trial = open_bank(parts.bank, N, MODES), open_trial(parts.trial, N, MODES)
     sums = open_suspicion(parts.suspicion, N)
     second, learner = open_second(parts.second, N), open_learner(parts.learner, N, N)
     rows, past = open_rows(parts.rows, N), open_past(parts.past, N)
-    sets = open_set_free(parts.rows[1:], N)  # once no rows are kept
+    sets = open_set_free(parts.rows[1:], N)  # once no rows are kept, as is ``work``
     moments = open_moments(parts.moments, N, MODES, MOMENTS)
+    late, work = open_retrospect(parts.late, N, looks), open_work(parts.rows[1:], N)
     return Parts(
-        drift, bank, parts.head, sums, trial, second, learner, rows, sets, past, moments, parts.resolution, parts.most
+        drift,
+        bank,
+        parts.head,
+        sums,
+        trial,
+        second,
+        learner,
+        rows,
+        sets,
+        past,
+        moments,
+        parts.resolution,
+        parts.most,
+        late,
+        work,
     )
 
 

@@ -169,6 +169,17 @@ def ratio_of_walk(memory, moments, own, i):
 
 
 @kernel
+def most_lessened(memory, moments, unit):
+    """Return by how much a jump of one parameter at one moment lessens the sum of squares, at most."""
+    most = 0.0
+    for r in range(count_of_moments(moments)):
+        row = moment(moments, r, memory.levels.size)
+        for i in range(unit.size):
+            most = max(most, lessens(moments, row, unit, i))
+    return most
+
+
+@kernel
 def look_back(memory, moments, bank, unit, q):
     """Every fourth sample: say whether a jump is to be told; keep the sums, and ``q``, the variances of drift."""
     head, N, M, most = moments.head, unit.size, memory.levels.size, 0.0

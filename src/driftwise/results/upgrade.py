@@ -30,6 +30,7 @@ class Form(Enum):
     NO_STEP = "AutoMemory did not learn in which steps outputs are recorded"
     NO_FRESH = "no joint filter of an output error kept what parameters have done since they are doubted"
     NO_MOST = "AutoMemory did not learn what most rows say of sigma^2; short gaps taught an average what long ones did"
+    NO_LATE = "AutoMemory kept no rows to look back over"
 
 
 def until(last: Form, was: Any, now: Any) -> dict[Form, Any]:
@@ -181,13 +182,15 @@ def _piece(memory, size: int) -> Piece:
     from ..memory.modes import size_of
     from ..memory.moments import moments_size
     from ..memory.resolution import KEPT
+    from ..memory.retrospect import retrospect_size
     from ..memory.robust_start import rows_size
     from ..memory.second_start import second_size
     from ..memory.unknown_drift import drift_state_size
 
     N, now = memory.cap.size, memory.state_size(memory.cap.size)
     first = SHORT_HEAD + bank_size(N, MODES) + 2 * MODES * size_of(N) + learner_size(N, N)
-    with_step = now - HEARD
+    with_most = now - retrospect_size(N, int(memory.stakes))
+    with_step = with_most - HEARD
     with_moments = with_step - KEPT - past_size(N)
     with_rows = with_moments - moments_size(N, MODES, MOMENTS)
     last = with_rows - rows_size(N) - UNCOUNTED
@@ -198,13 +201,13 @@ def _piece(memory, size: int) -> Piece:
         Form.BANKS: drift_state_size(N, first), Form.ONE_START: second, Form.SHORT_HEAD: third,
         Form.NO_ROWS: last + UNCOUNTED, Form.NO_MOMENTS: with_rows,
         **dict.fromkeys((Form.NO_ACROSS, Form.ONE_KIND), with_moments), Form.NO_STEP: with_step - KEPT,
-        Form.NO_FRESH: with_step, Form.NO_MOST: with_step,
+        Form.NO_FRESH: with_step, Form.NO_MOST: with_step, Form.NO_LATE: with_most,
     }  # fmt: skip
     makers = {
         **until(Form.NO_GAPS, _longer_head, _counting), Form.BANKS: _trials, Form.ONE_START: _second_start,
         Form.NO_ROWS: _longer, Form.NO_MOMENTS: _longer,
         **dict.fromkeys((Form.NO_ACROSS, Form.ONE_KIND), _one_kind), Form.NO_STEP: _longer, Form.NO_FRESH: _longer,
-        Form.NO_MOST: _longer,
+        Form.NO_MOST: _longer, Form.NO_LATE: _longer,
     }  # fmt: skip
     return Piece(before, now, makers, memory)
 
@@ -221,6 +224,7 @@ def _average(estimator, size: int) -> Piece:
         Form.BANKS: first, Form.ONE_START: second, Form.SHORT_HEAD: second, Form.NO_SPREAD: apart + 2,
         Form.ONE_WIDTH: apart + 3 + 3 * MEANS, Form.NO_GAPS: apart + 1 + 3 * MEANS + 4 * SHAPES,
         **dict.fromkeys(AVERAGED, size - 2 * across - 2), **dict.fromkeys(OF_ONE_LENGTH, size - across),
+        Form.NO_LATE: size,
     }  # fmt: skip
     makers = {
         **until(Form.SHORT_HEAD, _alone, None), Form.NO_SPREAD: _of_one_width, Form.ONE_WIDTH: _of_one_width,

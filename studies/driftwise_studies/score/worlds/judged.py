@@ -21,7 +21,7 @@ CHOSEN = (
     *("additive", "auto", "auto_answers", "auto_constants", "auto_shown", "auto_state", "lone_jump", "robust_start"),
     *("second_start", "first_samples", "less_noise", "wind_up", "suspicion"),
     *("trial", "trial_state", "verdict", "bank", "modes", "mixing", "likelihood_drift", "unknown_drift", "sensitivity"),
-    *("moments", "resolution", "set_free"),
+    *("moments", "resolution", "retrospect", "set_free"),
 )
 DRAWN = "system", "drawing", "simulation", "told", "measured"
 CONSTANTS = (  # where a number stands that was chosen on the choosing systems, or that makes and measures systems
