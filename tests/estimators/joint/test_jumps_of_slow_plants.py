@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 import driftwise as dw
+from driftwise.memory.auto import AutoMemoryKernel
 from driftwise.memory.less_noise import HEARD
+from driftwise.memory.retrospect import retrospect_size
 from driftwise.results import upgrade
 
 JUMP, SAMPLES, AFTER = 250, 500, 300
@@ -47,7 +49,9 @@ def test_a_state_saved_without_them_goes_on():
     state = est.scan(y[:200], u[:200]).state
     row = np.atleast_1d(state).view(float)
     end = est.dtype.fields["memory_state"][1] // 8 + state["memory_state"].size
-    later = [*range(end - HEARD, end), *range(row.shape[-1] - state["fresh"].size, row.shape[-1])]
+    (memory,) = [one for part in est.parts for one in part.policies if isinstance(one, AutoMemoryKernel)]
+    heard = HEARD + retrospect_size(memory.cap.size, int(memory.stakes))
+    later = [*range(end - heard, end), *range(row.shape[-1] - state["fresh"].size, row.shape[-1])]
     found = upgrade.rows(est, np.delete(row, later, axis=-1))
     assert found.shape == row.shape and not found[..., later].any()
     np.testing.assert_array_equal(np.delete(found, later, axis=-1), np.delete(row, later, axis=-1))
