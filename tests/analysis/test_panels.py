@@ -7,6 +7,7 @@ import pytest
 from driftwise_studies.score.claims.panels import SEVERAL, STEADY, drawn, knows, table, told, written
 
 from driftwise.analysis.directions import read_settled
+from driftwise.analysis.seasons import unseasoned
 from driftwise.analysis.table_together import together_of
 
 
@@ -37,6 +38,12 @@ def test_the_same_is_told_whichever_is_the_output(tmp_path):
         reading, segments = read_settled(path, output)
         odds |= {one.odds for one in together_of(segments.table.head, reading)}
     assert len(odds) == 1
+
+
+def test_readings_of_one_weekday_have_no_week():
+    x = np.full(700, np.nan)
+    x[3::7] = np.random.default_rng(0).normal(size=100)
+    assert unseasoned(x, (7,)) is x
 
 
 def test_who_knows_tells_what_there_is():

@@ -57,6 +57,8 @@ def unseasoned(x, seasons) -> np.ndarray:
     """
     for season in held(seasons, int(np.isfinite(x).sum())):
         there = np.flatnonzero(np.isfinite(x))
+        if len(np.unique(there % season)) < season:  # of some phase nothing is known
+            continue
         whole = np.interp(np.arange(len(x)), there, x[there])
         about = whole - uniform_filter1d(whole, season, mode="nearest")
         means = np.array([about[there[there % season == phase]].mean() for phase in range(season)])
