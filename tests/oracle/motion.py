@@ -249,12 +249,19 @@ class Follower:
 
     def _absorb(self, t, y, leaves=False):
         self._watch(y)
+        before = self._loudness()
         if leaves:
             self._leave()
         else:
             self._learn_tails(y)
         self._judge(y)
         self._learn(t, y)
+        if self._loudness() > before + self.C * onset.LOUDER:  # all were too sure
+            self.courses, self.lead = None, -onset.SOONEST
+
+    def _loudness(self):
+        w = self.w[: bank.KALMAN] / self.w[: bank.KALMAN].sum()
+        return np.sum(self.log + w @ np.log([m.scale for m in self.kalman[: bank.KALMAN]]))
 
     def _leave(self):
         """Widen all members by the velocities of the class."""
@@ -275,8 +282,9 @@ class Follower:
         """How likely the target is in a manoeuvre by the courses it may take."""
         w = self.w[: bank.KALMAN] / self.w[: bank.KALMAN].sum()
         r = self.g * self.unit * np.exp(w @ np.log([m.scale for m in self.kalman[: bank.KALMAN]]))
-        if self.courses is None:
-            self.courses = Courses(self.speed / judging.GENTLE, y - self.last, r, self.d)
+        held = min(self.lead + 1, 0)
+        if self.courses is None or held < 0:
+            self.lead, self.courses = held, Courses(self.speed / judging.GENTLE, y - self.last, r, self.d)
             return
         self.courses.take(y - self.last, r, self.d, self.period, self.counts, self.seen)
         self.lead = self.courses.mu[courses.MOVES :].sum() if self.seen > onset.SOONEST else 0.0

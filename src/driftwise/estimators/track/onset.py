@@ -4,7 +4,7 @@ lead         sum_j mu_j, of the courses j that are manoeuvres (`courses`), under
 
 A plot that a publisher drew on the line of those before it says nothing. A position whose stamp is wrong by tau is off
 along the way, by tau times the speed; and so is the next, if that is late as well: a course of its own. A turn leads
-across the way.
+across the way. Where a plot shows that the noise was far louder than all believed, courses begin anew for some plots.
 """
 
 import math
@@ -13,8 +13,9 @@ from ...engine.dispatch import kernel, rare
 from ...engine.elementary import exp, log
 from . import bank, courses, learning, linear
 
-SOONEST = 6.0  # plots
-TOLD_ABOVE, OVER_BELOW = 0.9, 0.3  # of the lead: an onset, and when another may come
+SOONEST = 6.0  # plots until something is told, at first and where courses begin anew
+TOLD_ABOVE, OVER_BELOW = 0.85, 0.3  # of the lead: an onset, and when another may come
+LOUDER = 5.0  # of a log variance by which it rises at one plot, where a precise start has ended: no manoeuvre does
 LEADING = 1e-6  # weight of all members of which the noise is taken, at least
 
 
@@ -28,13 +29,31 @@ def noise(row, C, c, w):
     return exp(level / share) if share > LEADING else 1.0
 
 
+@kernel
+def loudness(row, C, w):
+    """Return the log variance of a plot by those that lead, all coordinates together."""
+    level = 0.0
+    for c in range(C):
+        level += row[bank.of_coordinate(C, bank.LOG, c)] + log(noise(row, C, c, w))
+    return level
+
+
+@kernel
+def doubt(row, C, before, w):
+    """Let courses begin anew where a plot has shown that all was too sure: noise far above what it was ``before``."""
+    if loudness(row, C, w) > before + C * LOUDER:
+        row[bank.row_at(C).courses + courses.at_share(courses.AHEAD, C)] = 0.0
+        row[bank.LEAD] = -SOONEST  # and it counts up to 0
+
+
 @rare
 def watch(task, row, C, T, d, y, unit, g, w, exact, room):
     """Follow what the target may do: from the second plot on, and from the plot before where nothing was followed."""
     size = bank.courses_size(C)
     K, E, N = row[bank.row_at(C).courses :], bank.of_coordinate(C, bank.WAY, 0), bank.of_coordinate(C, bank.WAY, C - 1)
     e, r, mixed, parts = room[:C], room[C : 2 * C], room[2 * C : 2 * C + size], room[2 * C + size :]
-    is_begun = K[courses.at_share(courses.AHEAD, C)] > 0.0
+    held = min(row[bank.LEAD] + 1.0, 0.0)
+    is_begun = K[courses.at_share(courses.AHEAD, C)] > 0.0 and held == 0.0
     dE, dN = y[0] - row[bank.of_coordinate(C, bank.LAST, 0)], y[C - 1] - row[bank.of_coordinate(C, bank.LAST, C - 1)]
     if not is_begun:
         far = math.sqrt(dE * dE + dN * dN) if C == 2 else 0.0
@@ -47,7 +66,7 @@ def watch(task, row, C, T, d, y, unit, g, w, exact, room):
         first, second, E2, N2 = r[0], g[1] * unit[1] * noise(row, C, 1, w), row[E] * row[E], row[N] * row[N]
         e[0], e[1] = row[E] * dE + row[N] * dN, row[E] * dN - row[N] * dE
         r[0], r[1] = E2 * first + N2 * second, N2 * first + E2 * second
-    row[bank.LEAD] = 0.0
+    row[bank.LEAD] = held
     if not is_begun:
         courses.begin(task, K, C, d, e, r)
         return

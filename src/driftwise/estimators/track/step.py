@@ -133,6 +133,7 @@ def absorb(task, row, C, T, d, y, unit, g, mean, S, A, B, w, told, parts, scores
     )
     learning.compare_steps(row, C, d, y, off, exact)
     onset.watch(task, row, C, T, d, y, unit, g, w, exact, room[n + 4 * C :])
+    before = onset.loudness(row, C, w)
     if row[bank.SEEN] >= 2.0 and not leaves:
         learning.learn_tails(task, row, C, exact, parts)
     if leaves:
@@ -142,6 +143,7 @@ def absorb(task, row, C, T, d, y, unit, g, mean, S, A, B, w, told, parts, scores
     judging.judge(task, row, C, T, y, unit, w, mean, S, exact, scores)
     learning.learn_noise(row, C, d, y, g, unit, exact)
     held = correct_all(task, row, C, T, d, y, g, unit, mean, S, exact, A, B, x, share, least)
+    onset.doubt(row, C, before, w)
     judging.set_legs_aside(C, w)
     output.expect(C, w, mean, S, told)
     learning.note(row, C, d, y, told, off, exact)
