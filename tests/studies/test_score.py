@@ -252,8 +252,8 @@ def test_page_is_written_between_its_markers(tmp_path):
     once = text
     page.write(file, [verdict], [Table("numbers", ["a"], [["1"]])])
     assert file.read_text() == once
-    page.write(file, [verdict], [], "0123abcd4567")
-    assert "last changed by commit `0123abcd`" in file.read_text()
+    page.write(file, [verdict], [], "0123abcd4567", "89efabcd4567")
+    assert "last changed by commit `0123abcd`; the numbers" in file.read_text() and "by `89efabcd`" in file.read_text()
     file.write_text("no markers")
     with pytest.raises(InputError, match="must have the line"):
         page.write(file, [], [])

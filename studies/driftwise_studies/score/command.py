@@ -25,7 +25,8 @@ def execute(data: str | None, json: str | None, page: str | None, only: str, pro
 
     if page and only:
         raise InputError("the page has everything on it: --page and --only cannot be used together")
-    frozen = judged.seed(("src/driftwise",))[0] if page else ""  # a page is of what is committed
+    files = ("src/driftwise",), ("docs/constants.txt",)
+    frozen = [judged.seed(of)[0] for of in files] if page else []  # a page is of what is committed
     found = run(folder(data), only, processes, lambda line: print(line, file=sys.stderr, flush=True))
     told, made = verdicts(found), tables(found)
     if json != "-":
@@ -33,7 +34,7 @@ def execute(data: str | None, json: str | None, page: str | None, only: str, pro
     if json is not None:
         write_json(json, record(made, told, found.seconds))
     if page is not None:
-        paper.write(Path(page), told, made, frozen)
+        paper.write(Path(page), told, made, *frozen)
     return not any(v.fails for v in told)
 
 

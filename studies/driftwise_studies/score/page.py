@@ -11,8 +11,8 @@ from ..papers.verdict import Table, Verdict
 BEGIN, END = "<!-- score: begin -->", "<!-- score: end -->"
 
 
-def write(path: Path, verdicts: list[Verdict], tables: list[Table], frozen: str = "") -> None:
-    """Put the results between the markers of a page; ``frozen``: the commit that last changed what answers."""
+def write(path: Path, verdicts: list[Verdict], tables: list[Table], *frozen: str) -> None:
+    """Put the results between the markers of a page; ``frozen``: commits that changed what answers, and its numbers."""
     try:
         text = path.read_text(encoding="utf-8")
     except OSError as error:
@@ -21,12 +21,15 @@ def write(path: Path, verdicts: list[Verdict], tables: list[Table], frozen: str 
         raise InputError(f"{path} must have the line {BEGIN} and after it the line {END}, once each, for the results")
     before, rest = text.split(BEGIN)
     after = rest.split(END)[1]
-    path.write_text(f"{before}{BEGIN}\n{measured_at(frozen)}{results(verdicts, tables)}{END}{after}", encoding="utf-8")
+    path.write_text(f"{before}{BEGIN}\n{measured_at(*frozen)}{results(verdicts, tables)}{END}{after}", encoding="utf-8")
 
 
-def measured_at(frozen: str) -> str:
-    """Return the sentence that names the commit the results stand for, or nothing where it is not known."""
-    return f"\nWhat answers, its constants included, was last changed by commit `{frozen[:8]}`.\n" if frozen else ""
+def measured_at(answers: str = "", numbers: str = "") -> str:
+    """Return the sentence that names the commits the results stand for, or nothing where they are not known."""
+    if not answers:
+        return ""
+    held = f"the numbers that were chosen, [all in one file](constants.txt), by `{numbers[:8]}`"
+    return f"\nWhat answers was last changed by commit `{answers[:8]}`; {held}.\n"
 
 
 def results(verdicts: list[Verdict], tables: list[Table]) -> str:
