@@ -21,8 +21,10 @@ WALKS = (*POWERS, 1500.0)  # the same of a walk, over the record
 BENDS = (*POWERS, 1500.0, 7500.0, 40000.0)  # and of what has no kinks
 FORGETS = 0.03, 0.1, 0.3  # of the record: the time in which something slow forgets
 SMOOTH = 0.1, 0.3, 1.0  # the same of something that has no kinks
+LINES = POWERS[2:]  # the same of a line over the record
 CYCLES = 1.5, 3.0, 6.0, 12.0, 24.0  # in a record, of something that swings
 LASTS = 3.0  # cycles after which a swing is forgotten
+LARGE = 2.5  # power from which on a larger one is less likely, by its root
 RAMPS = 1 / 64, 3 / 64, 8 / 64  # of the record, within which a change comes
 EDGE, SHORT = 1 / 24, 1 / 16  # of the record: no change begins nearer to an end, or goes again sooner
 TINY = 1e-9  # added to the diagonal of K
@@ -130,28 +132,30 @@ def _squares(D, shapes: Shapes) -> np.ndarray:
 
 
 def covariances(n: int) -> Iterator[tuple[np.ndarray, float]]:
-    """Yield the covariance of each noise in blocks, (n, n), and how likely it is."""
-    lag = np.arange(n)
+    """Yield the covariance of each noise in blocks, (n, n), and how likely it is: each kind of what is slow as others.
+
+    Of a kind those of little power are likelier: what is hundreds of times what is quick is rare, and a step looks so.
+    """
+    lag, kinds = np.arange(n), slow_ones(n)
     for keeps, share in FAST:
         fast = toeplitz(keeps**lag)
         yield fast, NOTHING_SLOW * share
-        slow = list(slow_ones(n))
-        for K in slow:
-            yield fast + K, EACH_SLOW * share / len(slow)
+        for kind in kinds:
+            weights = np.array([max(power / LARGE, 1.0) ** -0.5 for power, _ in kind])
+            for (power, K), weight in zip(kind, weights / weights.sum()):
+                yield fast + power * K, EACH_SLOW * share * weight / len(kinds)
 
 
-def slow_ones(n: int) -> Iterator[Any]:
-    """Yield the covariances of what is slow: it forgets, walks, bends or swings."""
+def slow_ones(n: int) -> list[list[tuple[float, Any]]]:
+    """Return powers and covariances of what is slow, by kind: it forgets, swings, bends, walks, or is a line."""
     lag, since = np.arange(n), np.arange(1, n + 1)
-    for power in POWERS:
-        for wait in FORGETS:
-            yield power * toeplitz(np.exp(-lag / (wait * n)))
-        for cycles in CYCLES:
-            turn = 2 * math.pi * cycles * lag / n
-            yield power * toeplitz(np.cos(turn) * np.exp(-turn / (2 * math.pi * LASTS)))
-    for power in BENDS:
-        for wait in SMOOTH:  # Matern 3/2
-            x = math.sqrt(3.0) * lag / (wait * n)
-            yield power * toeplitz((1 + x) * np.exp(-x))
-    for power in WALKS:
-        yield power * 6.0 / n * np.minimum.outer(since, since)
+    turns = [2 * math.pi * cycles * lag / n for cycles in CYCLES]
+    far = [math.sqrt(3.0) * lag / (wait * n) for wait in SMOOTH]
+    line = (lag - lag.mean()) / lag.std()
+    return [
+        [(power, toeplitz(np.exp(-lag / (wait * n)))) for power in POWERS for wait in FORGETS],
+        [(power, toeplitz(np.cos(x) * np.exp(-x / (2 * math.pi * LASTS)))) for power in POWERS for x in turns],
+        [(power, toeplitz((1 + x) * np.exp(-x))) for power in BENDS for x in far],  # Matern 3/2
+        [(power, 6.0 / n * np.minimum.outer(since, since)) for power in WALKS],
+        [(power, np.outer(line, line)) for power in LINES],
+    ]
