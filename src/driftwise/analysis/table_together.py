@@ -61,7 +61,7 @@ def _logarithms(x, usual, seasons) -> np.ndarray | None:
     if not there.any() or x[there].min() <= 0.0:
         return None
     logs = unseasoned(np.log(x), seasons)
-    before, after = (float(np.nanmean(np.diff(part) ** 2)) for part in (usual, logs))
+    before, after = (float(np.sum(np.diff(part[there]) ** 2)) / max(there.sum() - 1, 1) for part in (usual, logs))
     if not (before > 0.0 and after > 0.0):
         return None
     gained = 0.5 * there.sum() * math.log(before / after) - np.log(x[there]).sum()

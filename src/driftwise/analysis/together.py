@@ -1,10 +1,10 @@
 """Changes of the columns of a table, whichever is the output: by little each, at one date, beside noise that is learnt.
 
-Each column is a level, one of many noises (`together_noise`), and perhaps a step, or a stretch that goes again, of a
-size that nobody knows, and it may be louder or quieter meanwhile: what it says of each date is the ratio of the
-likelihoods, over all noises, by itself or by what it does not follow the other columns in (`together_evidence`). Of a
-change each column may take part or not; as likely beforehand is that one moves alone. It is told where it is `SURE`.
-A column that changes `OFTEN` is one that is moved by somebody: nothing is told of it.
+Each column is a level, one of many noises (`together_noise`), and perhaps a step, or a stretch that goes again, at once
+or when it has grown, of a size that nobody knows, and it may be louder or quieter meanwhile: what it says of each date
+is the ratio of the likelihoods, over all noises, by itself or by what it does not follow the other columns in
+(`together_evidence`). Of a change each column may take part or not; as likely beforehand is that one moves alone. It is
+told where it is `SURE`. A column that changes `OFTEN` is one that is moved by somebody: nothing is told of it.
 
 Bad at: sizes below the noise, changes within `SHORT` of a record, columns that only walk, noise that comes and goes;
 columns that follow one that moved may be named beside it.
@@ -31,12 +31,12 @@ from .together_evidence import (
     shared,
     unstuck,
 )
-from .together_noise import RAMPS, Shapes, shapes_of
+from .together_noise import Shapes, shapes_of
 
 BLOCKS, LEAST = 64, 2  # in which a record is looked at; rows that each has at least
 TAKES = math.log(0.5)  # log of the chance that a column takes part, and that it does not
 LEVEL, NOISE, EACH = (math.log(share) for share in (0.5, 0.25, 0.25))  # that its level moves, its noise, both
-SURE = math.log(1000.0)  # log of the odds that a change has to have
+SURE = math.log(100.0)  # log of the odds that a change has to have
 SEVERAL = math.log(20.0)  # of those of several columns against one, that several are named
 OUTSIDE = np.array([0.025, 0.975])  # shares of dates below and above an interval
 NAMED = 0.9  # from which chance on a column is said to take part
@@ -194,7 +194,7 @@ class Part(NamedTuple):
 def likeliest(seen: dict[str, Look], T: int) -> tuple[Together, dict[str, Part], np.ndarray, int] | None:
     """Return the surest change of T rows, what it does to each column, its shape (n,), and in how many blocks it comes.
 
-    None where none is sure.
+    None where none is sure; no blocks where it grows from its beginning to its end.
     """
     shapes, p = shapes_of(BLOCKS), len(seen)
     joint = np.array([look.joint for look in seen.values()])
@@ -216,7 +216,7 @@ def likeliest(seen: dict[str, Look], T: int) -> tuple[Together, dict[str, Part],
         noises = {name: math.exp(part.louder / 2)} if part.noise_share > min(NAMED, part.share) else {}
         parts = {name: part}
     change = Together(*dated(chance, k, shapes, T / BLOCKS), moves, math.exp(min(odds, 700.0)), noises)
-    return change, parts, shapes.shape(k, BLOCKS), round(RAMPS[shapes.ramp[k]] * BLOCKS)
+    return change, parts, shapes.shape(k, BLOCKS), shapes.lasts(k, BLOCKS)
 
 
 def part_of(level: Evidence, noise: Evidence | None, k: int) -> Part:
@@ -240,12 +240,15 @@ def dated(log_chance, k: int, shapes: Shapes, rows: float) -> tuple[int, tuple[i
 
 
 def sharp(change: Together, columns: dict[str, np.ndarray], lasts: int) -> Together:
-    """Return a change that comes within some blocks with its dates by rows, where levels move."""
+    """Return a change that comes within some blocks with its dates by rows, where levels move.
+
+    Of one that grows, in no number of blocks, the end alone.
+    """
     moved_ones = [columns[name] for name in change.moves]
     if not moved_ones:
         return change
-    since = _row(change.since, lasts, moved_ones)
-    until = None if change.until is None else _row(change.until, lasts, moved_ones)
+    since = _row(change.since, lasts, moved_ones) if lasts else change.since
+    until = None if change.until is None else _row(change.until, max(lasts, 1), moved_ones)
     low, high = change.interval
     return replace(change, since=since, until=until, interval=(min(low, since), max(high, since)))
 

@@ -53,8 +53,8 @@ class Evidence:
 class Seen(NamedTuple):
     """A column under some noises, white, the others taken out: log likelihood but for what is left; squares; steps.
 
-    along : (noises, ramps x dates), the white shape of each step times z
-    others : (noises, q, ramps x dates), the same times what the others say, of length one; None without any
+    along : (noises, steps), the white shape of each step times z
+    others : (noises, q, steps), the same times what the others say, of length one; None without any
     """
 
     constant: np.ndarray
@@ -103,11 +103,8 @@ def evidence(x, beside=None, steady: float = NOTHING_SLOW) -> Evidence:
     none = by.constant - 0.5 * (n - 1) * np.log(by.whole)
     few = np.arange(0, len(shapes.begin), COARSE)
 
-    def of_few(steps):
-        return steps[..., shapes.first[few]] - steps[..., shapes.last[few]]
-
-    free = _free(grid.free[:, few], None if by.others is None else of_few(by.others))
-    along = of_few(by.along)
+    free = _free(grid.free[:, few], None if by.others is None else shapes.of_steps(by.others, few))
+    along = shapes.of_steps(by.along, few)
     some = np.array(
         [likelihoods(by.constant[:, None], by.whole[:, None], free, along, v, n).max(axis=1) for v in SIZES]
     )
@@ -147,8 +144,8 @@ def moved(one: Evidence, k: int) -> tuple[float, float]:
     n, v = len(one.x), SIZES[-1]
     shapes, grid = shapes_of(n), noises(n)
     by = seen(one.x, one.beside, one.own)
-    free = _free(grid.free[one.own][:, [k]], None if by.others is None else of_shape(by.others, shapes, k))[:, 0]
-    along = of_shape(by.along, shapes, k)[:, 0].astype(float)
+    free = _free(grid.free[one.own][:, [k]], None if by.others is None else shapes.of_steps(by.others, [k]))[:, 0]
+    along = shapes.of_steps(by.along, [k])[:, 0].astype(float)
     weight = likelihoods(by.constant, by.whole, free.astype(float), along, v, n)
     weight = np.exp(weight - weight.max())
     weight /= weight.sum()
@@ -156,11 +153,6 @@ def moved(one: Evidence, k: int) -> tuple[float, float]:
     variance = (by.whole - along * mean) / (n - 2) / (free + 1 / v)
     middle = float(weight @ mean)
     return middle, float(weight @ (variance + (mean - middle) ** 2))
-
-
-def of_shape(steps, shapes, k: int):
-    """Return (.., 1) of what is linear in shape k, from that of the steps and of none, (.., ramps x dates + 1)."""
-    return steps[..., [shapes.first[k]]] - steps[..., [shapes.last[k]]]
 
 
 def odds_of(*ways: Evidence | None) -> np.ndarray:

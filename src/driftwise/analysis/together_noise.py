@@ -31,32 +31,34 @@ TINY = 1e-9  # added to the diagonal of K
 
 
 class Shapes(NamedTuple):
-    """What a change may look like: the block it begins and ends with (-1: it stays), by ramp; log of how likely."""
+    """What a change may look like: the block it begins and ends with (-1: it stays), by ramp; log of how likely.
+
+    It comes, and goes, within a ramp, or grows from its beginning on and stops at once. All are linear in steps, of
+    which `edges` has columns: scale (one of them less another) less a third.
+    """
 
     dates: np.ndarray  # blocks at which one may begin, or end
     begin: np.ndarray  # of each shape, as a place among the dates
     end: np.ndarray
-    ramp: np.ndarray
+    ramp: np.ndarray  # the place among `RAMPS`; behind them: it grows
     chance: np.ndarray
-    first: np.ndarray  # the place of the step it begins with among the steps, and of the one it ends with
+    first: np.ndarray  # places among the steps
     last: np.ndarray
+    third: np.ndarray
+    scale: np.ndarray
 
-    @property
-    def pairs(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return beginning and end of each stretch, as places among the dates; the same for every ramp."""
-        m = len(self.dates)
-        one = slice(m, len(self.begin) // len(RAMPS))
-        return self.begin[one], self.end[one]
+    def lasts(self, k: int, n: int) -> int:
+        """Return in how many of n blocks shape k comes; 0 where it grows from its beginning to its end."""
+        return round(RAMPS[self.ramp[k]] * n) if self.ramp[k] < len(RAMPS) else 0
 
     def shape(self, k: int, n: int) -> np.ndarray:
         """Return shape k in n blocks, (n,)."""
-        ends = [self.dates[place] for place in (self.begin[k], self.end[k]) if place >= 0]
-        steps = step(n, np.array(ends), RAMPS[self.ramp[k]])
-        return steps[:, 0] - steps[:, 1:].sum(axis=1)
+        return self.of_steps(edges(n, self.dates), [k])[:, 0]
 
-    def of_steps(self, by) -> np.ndarray:
-        """Return (.., shapes) of what is linear in a shape, from that of its steps and of none (ramps x dates + 1)."""
-        return np.take(by, self.first, axis=-1) - np.take(by, self.last, axis=-1)
+    def of_steps(self, by, which: Any = slice(None)) -> np.ndarray:
+        """Return (.., shapes) of what is linear in a shape, from that of the steps (.., steps)."""
+        first, last, third = (by.take(places[which], axis=-1) for places in (self.first, self.last, self.third))
+        return (first - last) * self.scale[which] - third
 
 
 class Noises(NamedTuple):
@@ -64,7 +66,7 @@ class Noises(NamedTuple):
 
     constant : (noises,), the log likelihood, but for what is left of z
     left : (noises, n, n), x @ left @ x = z @ z
-    steps : (noises, ramps x dates + 1, n), steps @ x is what the white shape of each step, and of none, is times z
+    steps : (noises, steps, n), steps @ x is what the white shape of each step is times z
     free : (noises, shapes), the square of each shape, white
     is_slow : (noises,), whether there is something slow
     """
@@ -83,12 +85,17 @@ def shapes_of(n: int) -> Shapes:
     dates = np.arange(margin, n - margin + 1)
     m, r = len(dates), len(RAMPS)
     a, b = np.triu_indices(m, short)
-    begin = np.tile(np.concatenate([np.arange(m), a]), r)
-    end = np.tile(np.concatenate([np.full(m, -1), b]), r)
-    chance = np.tile(np.repeat([-math.log(2 * r * m), -math.log(2 * r * len(a))], [m, len(a)]), r)
-    ramp = np.repeat(np.arange(r), m + len(a))
-    last = np.where(end < 0, r * m, ramp * m + end)
-    return Shapes(dates, begin, end, ramp, chance, ramp * m + begin, last)
+    goes = len(a)
+    begin = np.concatenate([np.tile(np.concatenate([np.arange(m), a]), r), a])
+    end = np.concatenate([np.tile(np.concatenate([np.full(m, -1), b]), r), b])
+    each = np.full(m, -math.log(2 * r * m)), np.full(goes, -math.log(2 * (r + 1) * goes))
+    chance = np.concatenate([*each] * r + [each[1]])
+    ramp = np.repeat(np.arange(r + 1), [m + goes] * r + [goes])
+    none = (r + 1) * m
+    last = np.where(end < 0, none, ramp * m + end)
+    third = np.where(ramp == r, end, none)
+    scale = np.where(ramp == r, n / np.maximum(end - begin, 1), 1.0).astype(np.float32)
+    return Shapes(dates, begin, end, ramp, chance, ramp * m + begin, last, third, scale)
 
 
 def step(n: int, dates, ramp: float) -> np.ndarray:
@@ -96,11 +103,17 @@ def step(n: int, dates, ramp: float) -> np.ndarray:
     return np.clip((np.arange(n)[:, None] - dates + 0.5) / max(round(ramp * n), 1), 0.0, 1.0)
 
 
+def edges(n: int, dates) -> np.ndarray:
+    """Return what shapes are made of, (n, steps): steps by ramp, what grows from each date on, and nothing."""
+    grows = np.maximum(np.arange(n)[:, None] - dates + 0.5, 0.0) / n
+    return np.column_stack([*(step(n, dates, ramp) for ramp in RAMPS), grows, np.zeros(n)])
+
+
 @lru_cache(2)
 def noises(n: int) -> Noises:
     """Return the noises that a column of n blocks may have."""
     shapes = shapes_of(n)
-    beside = np.column_stack([np.ones(n), *(step(n, shapes.dates, ramp) for ramp in RAMPS), np.eye(n)])
+    beside = np.column_stack([np.ones(n), edges(n, shapes.dates), np.eye(n)])
     found = [_noise(K, math.log(chance), beside, shapes) for K, chance in covariances(n)]
     constant, left, steps, free = (np.array(part) for part in zip(*found))
     is_slow = np.arange(len(found)) % (len(found) // len(FAST)) > 0
@@ -116,19 +129,8 @@ def _noise(K, log_chance: float, beside, shapes: Shapes):
     white = white[:, 1:] - np.outer(own, own @ white[:, 1:])
     D, R = white[:, :-n], white[:, -n:]
     constant = log_chance - float(np.log(np.diag(L)).sum()) - math.log(level)
-    steps = np.vstack([D.T @ R, np.zeros(n)])
-    return constant, R.T @ R, steps.astype(np.float32), _squares(D, shapes)
-
-
-def _squares(D, shapes: Shapes) -> np.ndarray:
-    """Return the square of each shape, from white steps (n, ramps x dates)."""
-    m, found = len(shapes.dates), []
-    a, b = shapes.pairs
-    for k in range(len(RAMPS)):
-        gram = D[:, k * m : (k + 1) * m].T @ D[:, k * m : (k + 1) * m]
-        own = np.diag(gram)
-        found += [own, own[a] + own[b] - 2 * gram[a, b]]
-    return np.maximum(np.concatenate(found), TINY).astype(np.float32)
+    squares = np.maximum(np.sum(shapes.of_steps(D.astype(np.float32)) ** 2, axis=0), np.float32(TINY))
+    return constant, R.T @ R, (D.T @ R).astype(np.float32), squares
 
 
 def covariances(n: int) -> Iterator[tuple[np.ndarray, float]]:
