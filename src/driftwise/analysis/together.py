@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
@@ -215,8 +216,18 @@ def likeliest(seen: dict[str, Look], T: int) -> tuple[Together, dict[str, Part],
         moves = {name: part.size} if part.share > min(NAMED, part.noise_share) else {}
         noises = {name: math.exp(part.louder / 2)} if part.noise_share > min(NAMED, part.share) else {}
         parts = {name: part}
+    elif len(moves) > 1:
+        parts |= {name: parts[name]._replace(size=size_of(name, seen, moves, k)) for name in moves}
+        moves = {name: parts[name].size for name in moves}
     change = Together(*dated(chance, k, shapes, T / BLOCKS), moves, math.exp(min(odds, 700.0)), noises)
     return change, parts, shapes.shape(k, BLOCKS), shapes.lasts(k, BLOCKS)
+
+
+def size_of(name: str, seen: dict[str, Look], moves: Iterable[str], k: int) -> float:
+    """Return by how much shape k moves a column, by itself or beside those that do not move, which it may follow."""
+    level, still = seen[name].level, [seen[other].level.x for other in seen if other not in moves]
+    ways = (level, evidence(level.x, np.column_stack(still))) if still else (level,)
+    return moved(max(ways, key=lambda way: float(way.shapes[k])), k)[0] * level.size
 
 
 def part_of(level: Evidence, noise: Evidence | None, k: int) -> Part:
