@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from .change_effects import GAIN, LEVEL, SPEED, part_of, speed_of
+from .change_effects import GAIN, LEVEL, SPEED, effects, part_of, share, speed_of
 from .change_places import NEAR, Place, lacking
 from .response import Response
 from .response_record import HUBER
@@ -73,33 +73,41 @@ def by_moves(now: Response, j: int, where: Place) -> Place:
     A plant that is no response is missed by some other part of each move, and a gain that is another for a few moves
     explains these. So where moves are missed, the sums of scores from one move to the next are compared with each other
     (Liang and Zeger, 1986; divided by what is left of their leverage, Bell and McCaffrey, 2002), and the evidence is
-    Student's, of as many as have a part in it.
+    Student's, of as many as there are.
     """
     i = now.gains[j][0]
     if not are_missed(now, i):
         return where
-    less = lacking(now, "gains", j)
-    return _by_moves(less, GAIN, i, moved(now, i), now.nk[i], where)
+    return _by_moves(now, lacking(now, "gains", j), GAIN, i, i, where)
 
 
 def speed_by_moves(now: Response, j: int, where: Place) -> Place:
     """Return the same of a plant that becomes faster or slower, by the moves of inputs of which some are missed."""
     for i in range(len(now.b)):
         if are_missed(now, i):
-            where = _by_moves(now.without("speeds", j).refined(), SPEED, speed_of(now), moved(now, i), now.nk[i], where)
+            where = _by_moves(now, now.without("speeds", j).refined(), SPEED, speed_of(now), i, where)
     return where
 
 
-def _by_moves(less: Response, kind: str, i: int, size, late: int, where: Place) -> Place:
-    """Return the place of a change that a response is without, counted by moves of a ``size`` (T,) that act late."""
-    own = part_of(less, kind, i, where.at, less.left)[1]
+def _by_moves(now: Response, less: Response, kind: str, what: int, i: int, where: Place) -> Place:
+    """Return the place of a change that ``less`` is without, counted by moves of input i.
+
+    A few moves after a change say little of how moves are missed: all of the record do, beside the change.
+    """
     r = less.left * less.weight
-    after = np.searchsorted(np.flatnonzero(size) + late, less.rows, side="right")
-    free, score = (np.bincount(after, own * x) for x in (own, r - less.basis @ (less.basis.T @ r)))
+    r = r - less.basis @ (less.basis.T @ r)
+    taken, own = part_of(less, kind, what, where.at, r)
+    r = r - taken + own * share(own @ r, own @ own, len(r))  # the level that moves with a gain has scores of its own
+    after = np.searchsorted(np.flatnonzero(moved(now, i)) + now.nk[i], now.rows, side="right")
+    free, score = (np.bincount(after, own * x) for x in (own, r))
     part = free / max(float(free.sum()), 1e-300)
     apart = (score - part * score.sum()) ** 2 / np.maximum(1 - part, 1e-9)
-    t2 = score.sum() ** 2 / max(apart.sum(), free.sum(), 1e-300)
-    freedom = max(1 / max(float(part @ part), 1e-9) - 1, 1e-9)
+    every = effects(now, kind, what, [0])[0][0] * now.weight
+    power, missed = (np.bincount(after, every * x) for x in (every, now.left * now.weight))
+    whole = max(float(power.sum()), 1e-300)
+    loud = max(float(missed @ missed) / whole, 1.0)
+    t2 = score.sum() ** 2 / max(apart.sum(), loud * free.sum(), 1e-300)
+    freedom = max(whole**2 / max(float(power @ power), 1e-300) - 1, 1e-9)
     most = 0.5 * (freedom + 1) * math.log1p(t2 / freedom) - (where.taken / where.calm - where.whole)
     return where._replace(log_odds=min(where.log_odds, most), slow=min(where.slow, most))
 
