@@ -1,7 +1,6 @@
 """Some wrong numbers in a row look like louder noise; those that follow show that it is none."""
 
 import numpy as np
-import pytest
 
 import driftwise as dw
 
@@ -21,8 +20,9 @@ def records(seed: int, size: float):
         yield y + wrong * size * SIGMA * rng.choice([-1.0, 1.0], y.size)
 
 
-@pytest.mark.parametrize("seed", [1, 6])
-def test_sigma_returns_soon_after_a_burst_of_wrong_numbers(seed):
-    after = slice(BURST + 100, BURST + 200)
-    found = [dw.ARX(2, (), memory=dw.AutoMemory()).scan(y).variance[after] for y in records(seed, 14.0)]
-    assert sum(np.median(variance) > 3.0 * SIGMA**2 for variance in found) == 0
+def test_sigma_returns_soon_after_a_burst_of_wrong_numbers():
+    after, late = slice(BURST + 100, BURST + 200), 0
+    est = dw.ARX(2, (), memory=dw.AutoMemory())
+    for seed in range(100, 120):
+        late += sum(np.median(est.scan(y).variance[after]) > 3.0 * SIGMA**2 for y in records(seed, 14.0))
+    assert late <= 20  # of 240: 34 of 720 are; 134 of 720 if no quieter filter ever begins

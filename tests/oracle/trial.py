@@ -23,6 +23,7 @@ class Trial:
             free.nu[:], free.chi2[:] = 4.0, 4 * self.before
         level.nu[:] = 1.0 if is_surprise else 2.0
         level.chi2[:] = level.nu * self.before * (3 if is_surprise else 1)
+        level.P = level.P / (3 if is_surprise else 1)  # relative to that
         self.found = np.array([0.0, np.clip(0.5 * np.log(256 / wide), -1, 0), 0.0])
         self.beside, self.alone, self.which = 0.0, 0.0, 0
         self.F, self.score, self.known = np.eye(n), np.zeros(n), np.zeros(n)
@@ -85,7 +86,7 @@ class Trial:
             far = np.mean((free.theta[0, 0] - same.theta[0, 0]) ** 2 / inverse) / same.s2[0, 0]
             shy *= 16 / max(far, 16)
         self.odds = max((best - max(none, level)) / np.log(100 / 8 / shy), 0.0)
-        self.weigh(against, shy)
+        self.weigh(against, shy * min(1.0, 200 * np.mean(np.diag(self.copies[0].P[0, 0]) / inverse)))
         least = -2.0 if seen > 200 else 4.0
         if self.odds > 1 and self.age >= 2 and best > least:
             return "jump"

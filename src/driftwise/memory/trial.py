@@ -120,10 +120,14 @@ def begin_trial(memory, trial, sets, bank, unit, M, surprise, limit, is_suspicio
             trial.copies[k * size + i] = bank[leader * size + i]
         mode(trial.copies, k, N).own[WEIGHT] = 1.0
         trial.found[k] = trial.shown[k] = trial.moved[k] = 0.0
-    freed, level = mode(trial.copies, FREED, N), mode(trial.copies, LEVEL, N).own
-    head[BEFORE] = own_sigma2(memory, level)
-    level[FREEDOM] = LOUD_FREEDOM if is_surprise else PLAIN_FREEDOM
-    level[CHI2] = level[FREEDOM] * head[BEFORE] * (LOUD if is_surprise else 1.0)
+    freed, level = mode(trial.copies, FREED, N), mode(trial.copies, LEVEL, N)
+    head[BEFORE] = own_sigma2(memory, level.own)
+    louder = LOUD if is_surprise else 1.0
+    level.own[FREEDOM] = LOUD_FREEDOM if is_surprise else PLAIN_FREEDOM
+    level.own[CHI2] = level.own[FREEDOM] * head[BEFORE] * louder
+    if memory.has_state == 0.0:
+        for i in range(N):
+            level.D[i] /= louder  # what it knows of the parameters stays what it was
     if freed.own[FREEDOM] > FREED_FREEDOM:
         freed.own[FREEDOM], freed.own[CHI2] = FREED_FREEDOM, FREED_FREEDOM * head[BEFORE]
     spread = max(WIDE, min(surprise, WIDEST) / N)

@@ -1,5 +1,6 @@
 """What a trial comes to: the probability of each explanation, what is shown of it, and what is decided."""
 
+from ..engine.dense import at
 from ..engine.dispatch import kernel, rare
 from ..engine.elementary import exp, log
 from .auto_constants import (
@@ -20,6 +21,7 @@ from .auto_constants import (
     STILL_LOUD,
     STRUCK,
     UNSEEN,
+    WELL_KNOWN,
     WIDE,
     WIDEST,
 )
@@ -51,7 +53,7 @@ def judge(memory, trial, outliers, known, seen, unit):
     if known > STRUCK / CHANCES:
         shy *= WIDE / max(how_far(memory, trial, unit), WIDE)
     head[ODDS] = max((best - none) / (JUMP_ODDS + log(SHY / shy)), 0.0) if memory.jumps > 0.0 else 0.0
-    weigh_up(shown, moved, shy)
+    weigh_up(shown, moved, shy * by_knowledge(memory, trial, unit))
     by_drift = BY_DRIFT if seen > LEARNT else BY_DRIFT_YOUNG
     if head[ODDS] > 1.0 and head[AGE] >= JUMP_AGE and best > by_drift:
         return A_JUMP
@@ -71,6 +73,17 @@ def how_far(memory, trial, unit):
     for i in range(unit.size):
         far += (freed.theta[i] - same.theta[i]) * (freed.theta[i] - same.theta[i]) / unit[i]
     return min(WIDEST, far / (unit.size * own_sigma2(memory, same.own)))
+
+
+@kernel
+def by_knowledge(memory, trial, unit):
+    """Return how much less a jump counts in the mean, the better the parameters are known."""
+    N, known = unit.size, 0.0
+    if memory.stakes == 0.0:
+        return 1.0
+    for i in range(N):
+        known += trial.dense[SAME * (N * (N + 1) // 2) + at(i, i)] / unit[i]
+    return min(1.0, known / (N * WELL_KNOWN))
 
 
 @kernel
