@@ -47,6 +47,7 @@ BY_DRIFT_YOUNG, LEARNT = 4.0, 200.0  # and both in the first samples, as long as
 SHY, SHY_OF_OUTLIERS = 1 / 8, 5e-4  # of the odds of a jump in the mean shown; or the second over the share of outliers:
 # to move for nothing costs more than to wait for another sample, the more the oftener surprises are wrong numbers; and
 # where these are more frequent than they were taken for before data, the farther a jump beyond WIDE would go
+SHY_OF_STATE = 1 / 2  # the first beside a state, which errs as soon as parameters do: told jumps stay as sure
 WELL_KNOWN = 1 / 200  # variance of the parameters, in units, below which a jump counts the less in proportion: so well
 # are constants known after two hundred samples, and the better they are the more a false move costs
 UNSEEN = -4.0  # log odds of which FAINT is out of reach

@@ -18,6 +18,7 @@ from .auto_constants import (
     RATE,
     SHY,
     SHY_OF_OUTLIERS,
+    SHY_OF_STATE,
     STILL_LOUD,
     STRUCK,
     UNSEEN,
@@ -27,8 +28,23 @@ from .auto_constants import (
 )
 from .likelihood_drift import begin_again, derivatives
 from .lone_jump import move_alone, spread_alone
-from .modes import WEIGHT, hand_over, mode, own_sigma2
-from .trial_state import AGE, ALONE, BEFORE, BESIDE, COPIES, FREED, GAP, IMPOSSIBLE, LEVEL, ODDS, SAME, WHICH, is_told
+from .modes import WEIGHT, hand_over, hand_over_but_first, mode, own_sigma2
+from .trial_state import (
+    AGE,
+    ALONE,
+    BEFORE,
+    BESIDE,
+    COPIES,
+    FREED,
+    GAP,
+    IMPOSSIBLE,
+    LEADER,
+    LEVEL,
+    ODDS,
+    SAME,
+    WHICH,
+    is_told,
+)
 
 NOTHING, A_JUMP, A_LEVEL, NO_JUMP = range(4)
 
@@ -49,10 +65,10 @@ def judge(memory, trial, outliers, known, seen, unit):
     shown[LEVEL] = found[LEVEL] + prior - head[BESIDE]
     best, level = max(shown[SAME], shown[FREED]), shown[LEVEL]
     none = max(found[SAME] - head[BESIDE], level)
-    shy = min(SHY, SHY_OF_OUTLIERS / max(outliers, SHY_OF_OUTLIERS))
+    shy = min(SHY_OF_STATE if memory.has_state > 0.0 else SHY, SHY_OF_OUTLIERS / max(outliers, SHY_OF_OUTLIERS))
     if known > STRUCK / CHANCES:
         shy *= WIDE / max(how_far(memory, trial, unit), WIDE)
-    head[ODDS] = max((best - none) / (JUMP_ODDS + log(SHY / shy)), 0.0) if memory.jumps > 0.0 else 0.0
+    head[ODDS] = max((best - none) / (JUMP_ODDS + log(SHY / min(shy, SHY))), 0.0) if memory.jumps > 0.0 else 0.0
     weigh_up(shown, moved, shy * by_knowledge(memory, trial, unit))
     by_drift = BY_DRIFT if seen > LEARNT else BY_DRIFT_YOUNG
     if head[ODDS] > 1.0 and head[AGE] >= JUMP_AGE and best > by_drift:
@@ -153,7 +169,11 @@ def follow(memory, trial, learner, bank, dense, unit, what):
             for i in range(dP.size):
                 dP[i] *= change
     half = N * (N + 1) // 2
-    hand_over(bank, dense, mode(trial.copies, k, N), trial.dense[k * half : (k + 1) * half])
+    P = trial.dense[k * half : (k + 1) * half]
+    if what == A_LEVEL and memory.has_state > 0.0 and trial.head[LEADER] > 0.0:
+        hand_over_but_first(memory, bank, dense, mode(trial.copies, k, N), P)
+    else:
+        hand_over(bank, dense, mode(trial.copies, k, N), P)
     for m in range(memory.levels.size):
         mode(bank, m, N).own[WEIGHT] = trial.weights[m]
     if what == A_JUMP:  # what stood against it may still be right

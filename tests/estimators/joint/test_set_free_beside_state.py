@@ -26,13 +26,16 @@ def record(seed, at=300, after=30):
 
 
 def test_a_state_is_found_sooner_after_a_jump():
-    """One copy, set free at the first surprise by four deviations, loses a seventh more (mean logarithm)."""
+    """One copy, set free at the first surprise by four deviations, loses a seventh more (mean logarithm).
+
+    So it does where the mean waits as long as that of a regression.
+    """
     lost = []
     for seed in range(60):
         y, u, x = record(seed)
         trace = dw.Joint(2, 1, memory=dw.AutoMemory()).scaled_to(y, u).scan(y, u)
         lost.append(((trace.x - x)[300:] ** 2).sum())
-    assert np.mean(np.log(lost)) < 1.37
+    assert np.mean(np.log(lost)) < 1.25
 
 
 @pytest.mark.parametrize("N", [1, 2, 3, 4, 6, 9, 10, 12, 20, 60])
