@@ -78,7 +78,7 @@ def test_who_thinks_of_a_jump_regresses_on_what_was_measured():
 @pytest.mark.parametrize("kind", ["sensor", "process"])
 def test_either_kind_is_found_out_and_costs_little(kind):
     errors, known, shares, recognised = [], [], [], []
-    for seed in range(8):
+    for seed in range(20):
         y, u, off = record(seed, kind)
         clean, _, _ = record(seed, "none")
         trace = dw.ARX(2, 1, memory=dw.AutoMemory()).scan(y, u)
@@ -88,9 +88,9 @@ def test_either_kind_is_found_out_and_costs_little(kind):
         shares.append(share_of(trace))
         found = trace.status & int(dw.Status.OUTLIER) != 0
         recognised.append(np.mean(found[off]))
-        assert recognised[-1] > 0.8 and np.mean(found[~off]) < 0.01
+        assert np.mean(found[~off]) < 0.01
         assert not any(event.kind == "JUMP" for event in trace.events())
-    assert np.mean(recognised) > 0.95
+    assert np.mean(recognised) > 0.95 and np.sum(np.array(recognised) < 0.8) <= 1  # two of a sensor may look like noise
     assert np.all(np.array(shares) > 0.9) if kind == "sensor" else np.all(np.array(shares) < 0.1)
     assert np.sqrt(np.mean(errors) / np.mean(known)) < 1.25
 
