@@ -78,7 +78,7 @@ def test_who_thinks_of_a_jump_regresses_on_what_was_measured():
 @pytest.mark.parametrize("kind", ["sensor", "process"])
 def test_either_kind_is_found_out_and_costs_little(kind):
     errors, known, shares, recognised = [], [], [], []
-    for seed in range(20):
+    for seed in range(40):
         y, u, off = record(seed, kind)
         clean, _, _ = record(seed, "none")
         trace = dw.ARX(2, 1, memory=dw.AutoMemory()).scan(y, u)

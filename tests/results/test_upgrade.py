@@ -36,7 +36,12 @@ def goes_on(trace, was):
         weights, offsets, *_ = trace.mixture()
         np.testing.assert_allclose(found - np.sum(weights * offsets, axis=1), was, atol=1e-3)
     else:
-        assert abs(found - was).max() < 0.025 and np.mean(found**2) < 1.01 * np.mean(np.square(was))
+        as_large(found, was, 1.0)
+
+
+def as_large(found, was, scale):
+    """Innovations are as large as they were, and within a quarter of the noise, whose deviation is a tenth."""
+    assert abs(found - was).max() < 0.025 * scale and np.mean(found**2) < 1.01 * np.mean(np.square(was))
 
 
 def digest(array) -> str:
@@ -76,20 +81,20 @@ def test_a_saved_fleet_goes_on_as_it_would_have():
 
 
 NEXT = json.loads((SAVED / "auto-next.json").read_text())  # samples that followed, and what was innovation of them
-NARROWER = "ARX", "eleventh"
-SAME = "fourth", "seventh", "eighth", "ninth", "tenth", "eleventh", "twelfth"
+SAME = "fourth", "seventh", "eighth", "ninth", "tenth"
+LESS = "eleventh", "twelfth"  # an outlier follows that begins a trial, of which less is shown since
 
 
-@pytest.mark.parametrize("form", ["first", "second", "third", *SAME])
+@pytest.mark.parametrize("form", ["first", "second", "third", *SAME, *LESS])
 @pytest.mark.parametrize("name", ["ARX", "ARXMIMO"])
 def test_a_fleet_of_an_earlier_auto_memory_goes_on_with_what_it_had_learnt(name, form, tmp_path):
     fleet, following = dw.Fleet.load(SAVED / f"fleet-{name}-{form}.parquet"), NEXT.get(form, NEXT)
     y, u, was = (np.array(numbers) for numbers in (following[name]["y"], following["u"], following[name][form]))
     for k, state in enumerate(fleet.states):
         trace = fleet.estimators[0].scan((1 + k) * y, u, state=state)
-        if (name, form) == NARROWER:  # the first is an outlier; in its trial a lag's jump is narrower since
+        if form in LESS:
             np.testing.assert_allclose(trace.innovation[0], was[0, k], rtol=1e-9)
-            np.testing.assert_allclose(trace.innovation, was[:, k], atol=0.01 * 0.1 * (1 + k))  # of the noise
+            as_large(np.reshape(trace.innovation, np.shape(was[:, k])), was[:, k], 1.0 + k)
         elif form in SAME:  # who misses no output, and is no longer young, shows the same
             np.testing.assert_allclose(trace.innovation, was[:, k], rtol=1e-9, atol=1e-12)
         else:

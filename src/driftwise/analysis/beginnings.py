@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
-from .change_effects import LEVEL, SPEED, kinds, ways
+from .change_effects import LEVEL, kinds
 from .change_places import colourless, look_for, place, sized, under_each_noise, worth
-from .change_search import lines, wave, with_change
+from .change_search import lines, wave
 from .noise_jumps import LEAST, SURE
 from .onsets import abrupt
 from .response import Response
@@ -37,7 +37,6 @@ def beginnings(record: Record, seasons: tuple[int, ...] = ()) -> list[Response]:
         if (more := orders(one)) and (best := cleaned(likeliest(more))).criterion < bare.criterion:
             plain, found, bare = one, more, best
     begun = [respond(one) for one in (*beside_changes(plain, found), *beside_lines(plain, found))]
-    begun += beside_speeds(found)
     likelier = [one for one in begun if one is not None and one.dated_criterion < bare.criterion]
     return [bare, *sorted(likelier, key=lambda one: one.dated_criterion)[:1]]
 
@@ -60,21 +59,6 @@ def beside_changes(plain: Response, found: list[Response]) -> list[Response]:
         taken += [one for one in before_any(plain) if one not in taken]
     near = [plain.with_all_near(at) for at, _, _ in taken]
     return [one.with_level(at) if kind == LEVEL else one.with_gain(i, at) for one, (at, kind, i) in zip(near, taken)]
-
-
-def beside_speeds(found: list[Response]) -> list[Response]:
-    """Return the orders that lose without a change of how fast the plant answers, with the one that they are surest of.
-
-    A plant that becomes faster looks like one of a higher order that does not: there nothing of it is left to be found.
-    """
-    best, begun = likeliest(found), []
-    for look in (look for one in found if one is not best for look in under_each_noise(one)):
-        places = [(place(look, kind, i, least=SURE), i) for kind, i in ways(look) if kind == SPEED]
-        sure = [(where.log_odds, where.at, i) for where, i in places if where is not None and where.log_odds > SURE]
-        if sure:
-            _, at, i = max(sure)
-            begun.append(cleaned(with_change(look, SPEED, i, at).settled(2)))
-    return begun
 
 
 def before_any(plain: Response) -> list[tuple[int, str, int]]:

@@ -10,13 +10,14 @@ from ..results.stable import is_endless
 from .response import Response
 from .response_record import SHARE
 
+FADED = 1e-9  # of itself, that a start has left in all rows together
 MATTERS = 0.05  # of the gain, which a mode must make up to have a say in it
 
 
 def covariance(now: Response) -> np.ndarray:
     """Return the covariance of theta: of white noise or, in each direction, of scores as they were, if larger."""
     J, size = now.jacobian()
-    kept = np.setdiff1d(np.arange(len(size)), over(now, J))
+    kept = np.setdiff1d(np.arange(len(size)), over(now, J, size))
     J, size = J[:, kept], size[kept]
     Q, R = np.linalg.qr(J)
     found = np.zeros((len(now.theta),) * 2)
@@ -37,13 +38,16 @@ def covariance(now: Response) -> np.ndarray:
     return found
 
 
-def over(now: Response, J) -> np.ndarray:
-    """Return which parameters of the start are over before the first row of J (rows, P): after a long delay."""
+def over(now: Response, J, size) -> np.ndarray:
+    """Return which parameters of the start are over before the first row of J (rows, P): after a long delay.
+
+    ``size`` (P,) is what the columns of J were divided by.
+    """
     first = len(now.a) + now.b.size
     start = first + np.arange(len(now.more))[now.placed()["start"]]
     order = np.concatenate([np.setdiff1d(np.arange(J.shape[1]), start), start])
     dead = order[abs(np.diag(np.linalg.qr(J[:, order], mode="r"))) < 1e-9]
-    return np.intersect1d(dead, start)
+    return np.union1d(np.intersect1d(dead, start), start[size[start] < FADED])
 
 
 def without_end(now: Response, P) -> list[bool]:

@@ -10,7 +10,7 @@ import numpy as np
 from .beginnings import beginnings
 from .change_effects import GAIN, LEVEL, SPEED, part_of
 from .change_places import Place, standing
-from .change_search import changed, pruned, searched
+from .change_search import searched
 from .driven_noise import are_missed, beside_moves, by_moves, speed_by_moves
 from .growing_noise import Growth, growth
 from .lost_inputs import completed
@@ -229,14 +229,4 @@ def hindsight(y, *readings, seasons: tuple[int, ...] = ()) -> Hindsight | None:
     least = [min((one.dated_criterion for one in found), default=math.inf) for found, _ in begun]
     found, units = begun[int(np.argmin(least))]
     searches = [searched(one) for one in found]
-    if not searches:
-        return None
-    now = min(searches, key=lambda one: one.dated_criterion)
-    return Hindsight(looked_again(grown(now), len(now.a)), *units, seasons)
-
-
-def looked_again(now: Response, order: int) -> Response:
-    """Return a response that was raised from an order, with the changes that show only beside all its modes."""
-    if len(now.a) == order:
-        return now
-    return min(now, pruned(changed(now)), key=lambda one: one.dated_criterion)
+    return Hindsight(grown(min(searches, key=lambda one: one.dated_criterion)), *units, seasons) if searches else None
