@@ -24,7 +24,8 @@ from .change_log import surest
 from .effects import is_known
 from .forecast_verdicts import whiteness_verdict
 from .identifier import CLOSE
-from .seasons import is_seldom, season_words
+from .response_record import is_scattered
+from .seasons import season_words
 from .table_together import together_words
 
 FAST = 0.05  # a pole below that is over within a sample
@@ -176,11 +177,12 @@ def _gains(found) -> Iterator[Claim]:
 def season_claims(found) -> Iterator[Claim]:
     """Claim how much a season helps where the chosen model has one: beside the best forecast of those without.
 
-    Nothing of an output that is seldom measured, of which the season's model may have found the last value.
+    Nothing of one whose samples seldom follow each other: what looks a season back may find the last value there, which
+    what looks back by little has not.
     """
     seasons = found.chosen.candidate.seasons
     others = [rival.rmse for rival in found.rivals if not rival.candidate.seasons]
-    if seasons and not is_seldom(found.forecast.y) and found.is_judged and found.is_useful:
+    if seasons and not is_scattered(found.forecast.y) and found.is_judged and found.is_useful:
         share = 1 - (found.chosen.rmse / min(others)) ** 2
         if share > HELPS:
             text = say.season_sentence(season_words(seasons, found.table), share)

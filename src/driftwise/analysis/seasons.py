@@ -46,19 +46,6 @@ def held(seasons, samples: int) -> tuple[int, ...]:
     return tuple(s for s in seasons if SEEN * s <= samples)
 
 
-def is_seldom(x) -> bool:
-    """Say whether what comes just before a value of a column (T,) is mostly missing.
-
-    A model that looks a season back may find the last value there, which one that looks back by little has not: news,
-    and no season.
-
-    >>> is_seldom(np.where(np.arange(100) % 7 == 0, 1.0, np.nan)), is_seldom(np.where(np.arange(100) % 7, 1.0, np.nan))
-    (True, False)
-    """
-    there = np.isfinite(x)
-    return bool(there[:-1][there[1:]].sum() < there[1:].sum() / 2)
-
-
 def unseasoned(x, seasons) -> np.ndarray:
     """Return a column (T,) without the seasons that it has: means about the mean of a season, by BIC.
 
