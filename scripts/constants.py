@@ -17,11 +17,6 @@ DECIDE = "analysis", "detect", "estimators", "memory", "models", "tables", "trac
 HEAD = "Numbers that were chosen, from src/driftwise; written by scripts/constants.py\n"
 
 
-def numbers(value: ast.expr) -> list[float]:
-    """Return the numbers that an expression is made of."""
-    return [n.value for n in ast.walk(value) if isinstance(n, ast.Constant) and type(n.value) in (int, float)]
-
-
 def counts(names: list[str], value: ast.expr) -> bool:
     """Return whether names are given successive whole numbers: places, or kinds."""
     parts = value.elts if isinstance(value, ast.Tuple) else [value]
@@ -38,8 +33,9 @@ def chosen(module: ast.Module) -> list[str]:
             continue
         targets = node.targets if isinstance(node, ast.Assign) else [node.target]
         names = [n.id for target in targets for n in ast.walk(target) if isinstance(n, ast.Name)]
-        texts = any(isinstance(n, ast.Constant) and isinstance(n.value, str) for n in ast.walk(node.value))
-        if all(n.isupper() for n in names) and numbers(node.value) and not texts and not counts(names, node.value):
+        kinds = {type(n.value) for n in ast.walk(node.value) if isinstance(n, ast.Constant)}
+        is_number = bool(kinds & {int, float}) and str not in kinds
+        if is_number and all(name.isupper() for name in names) and not counts(names, node.value):
             lines.append(f"{', '.join(names)} = {ast.unparse(node.value)}")
     return lines
 

@@ -90,7 +90,8 @@ def test_either_kind_is_found_out_and_costs_little(kind):
         recognised.append(np.mean(found[off]))
         assert np.mean(found[~off]) < 0.01
         assert not any(event.kind == "JUMP" for event in trace.events())
-    assert np.mean(recognised) > 0.95 and np.sum(np.array(recognised) < 0.8) <= 1  # two of a sensor may look like noise
+    assert np.mean(recognised) > 0.95
+    assert np.sum(np.array(recognised) <= 0.8) <= (kind == "sensor")  # of which two at once may look like louder noise
     assert np.all(np.array(shares) > 0.9) if kind == "sensor" else np.all(np.array(shares) < 0.1)
     assert np.sqrt(np.mean(errors) / np.mean(known)) < 1.25
 
