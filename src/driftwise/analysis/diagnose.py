@@ -14,6 +14,7 @@ from .drift_or_jump import constancy, odds
 from .forecast_verdicts import LEVEL, of_summary
 from .identifiable import ROWS, WEAK, Identifiability, taught
 from .information_age import last_news
+from .outliers import common_words
 from .remedies import memories
 
 UNLEARNED = 0.5  # of the prior variance: beyond it the first guess says more than the data
@@ -57,7 +58,8 @@ def diagnose(
     found += [changes(trace, s, y, u, is_white=found[2].is_fine, are_reported=are_reported)]
     if y is not None:
         found += news(trace, y, u)
-    return Diagnosis([*found, *shares(s), *saturation(trace.y)])
+    common = common_words(trace) if len(trace) == s.samples else ""
+    return Diagnosis([*found, *shares(s, common=common), *saturation(trace.y)])
 
 
 def of_outputs(parts, names=None, is_white: bool = True) -> Diagnosis:
@@ -239,8 +241,8 @@ def news(trace, y, u) -> list[Verdict]:
 # --- what was lost -------------------------------------------------------------------------------------------
 
 
-def shares(s, label: str = "") -> list[Verdict]:
-    """Return the shares of missing and of rejected samples, where there are any."""
+def shares(s, label: str = "", common: str = "") -> list[Verdict]:
+    """Return the shares of missing and of rejected samples, where there are any; what outliers have in common."""
     found, missing = [], s.missing_outputs  # those that cannot be read are among them
     if missing:
         share = missing / s.samples
@@ -251,7 +253,9 @@ def shares(s, label: str = "") -> list[Verdict]:
     if rejected:
         share = rejected / s.samples
         advice = f"{rejected} of {s.samples} outputs were taken for outliers"
-        more = "; so many are no accident: look at the sensor, widen the gate, or the model is wrong there"
+        more = f", {common}: there the model is wrong, rather than the sensor"
+        if not common:
+            more = "; so many are no accident: look at the sensor, widen the gate, or the model is wrong there"
         found.append(
             Verdict(
                 f"rejected{label}", share, (0.0, SET_ASIDE), share <= SET_ASIDE, advice + more * (share > SET_ASIDE)
