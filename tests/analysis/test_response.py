@@ -180,7 +180,7 @@ def test_draws_have_the_covariance_that_is_asked_for_however_small_a_part_of_it(
 def test_an_order_that_was_fitted_already_is_what_fitting_it_again_gives():
     u = inputs()
     y = clean(u) + noise()
-    found = orders(plainest(recorded(y, u)[0]))
-    again = fitted(stripped(found[0]), (stripped(found[0]), found[0]), 2, 2)
-    assert raised(found[0]) is found[1]
-    np.testing.assert_array_equal(again.theta, found[1].theta)
+    _, one, two, *_ = orders(plainest(recorded(y, u)[0]))
+    again = fitted(stripped(one), (stripped(one), one), 2, 2)
+    assert raised(one) is two
+    np.testing.assert_array_equal(again.theta, two.theta)

@@ -10,13 +10,23 @@ from driftwise.analysis.seasonal_level import waves
 from driftwise.analysis.segmentation import LEVEL, hindsight
 
 
-@pytest.mark.parametrize("number", [0, 1, 3])
+@pytest.mark.parametrize("number", [4, 13, 18])
 def test_a_step_beside_a_season_is_told_where_the_clock_says_the_season(number):
     """The colour of the noise had taken the season, and a step of the counts with it."""
     y, u, at = counts(1, number, STEP)
     assert hindsight(y, u).jumps() == []
     (told,) = hindsight(y, u, seasons=(YEAR,)).jumps()
     assert told.kind == LEVEL and told.at == at and told.after < 0
+
+
+@pytest.mark.parametrize("number", [0, 12, 29])
+def test_a_step_is_no_late_answer_of_an_input_that_walks(number):
+    """A walk that is waited for long enough falls where the output does; an input that acts at once needs no pole."""
+    y, u, at = counts(7, number, STEP)
+    found = hindsight(y, u, seasons=(YEAR,))
+    (told,) = found.jumps()
+    assert told.kind == LEVEL and abs(told.at - at) <= 1 and told.after < 0
+    assert max(found.response.nk) <= 1 and not len(found.response.a)
 
 
 def test_identify_tells_the_step_of_months_that_have_their_dates():

@@ -87,8 +87,8 @@ def is_apart(at: int, taken) -> bool:
 
 
 def beside_lines(plain: Response, found: list[Response]) -> list[Response]:
-    """Return ``plain`` beside the line that the lowest order is surely without: the pairs of others may imitate it."""
-    bare = colourless(found[0])
+    """Return ``plain`` beside the line that one pole is surely without: the pairs of others may imitate it."""
+    bare = colourless(next((one for one in found if len(one.a)), found[0]))
     beside = [bare.with_columns(wave(w, len(plain.used))) for w in lines(bare)]
     best = max(beside, key=lambda one: worth(one, "columns", 2), default=None)
     return [plain.with_columns(best.columns[-2:])] if best is not None and worth(best, "columns", 2) > SURE else []

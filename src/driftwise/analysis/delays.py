@@ -92,7 +92,7 @@ def cost(delays) -> np.ndarray:
 
 
 def best_delay(y, x, many: int, most: int) -> int | None:
-    """Return the delay of one signal x (T,), that is known, of which ``many`` lags leave least of y (T,).
+    """Return the likeliest delay of one signal x (T,), that is known, of which ``many`` lags leave a part of y (T,).
 
     None where outputs are missing, or too few: `DelayScan` finds the same of any, in three times the time.
     """
@@ -101,7 +101,7 @@ def best_delay(y, x, many: int, most: int) -> int | None:
     if len(late) < LEAST * (many + 1) or not np.isfinite(late).all() or not np.ptp(late) > 0:
         return None
     y, x = y - late.mean(), x - x.mean()
-    return int(np.argmin(shares_left(y, x, many, most, RIDGE)))
+    return int(np.argmin(shares_left(y, x, many, most, RIDGE) * np.exp(2 / len(late) * cost(np.arange(most + 1)))))
 
 
 class DelayScan:

@@ -150,14 +150,13 @@ class Response(Whitened):
     def criterion(self) -> float:
         """Schwarz's: less is better, of responses of one record; an outlier counts as a sample at that distance.
 
-        Where few samples follow each other delays cost what whole numbers do.
+        Delays cost what whole numbers do.
         """
         s, measured = self.spread, self.measured
         misfit = 2 * float(np.mean(np.log(s))) + 2 * self.loss() / max(len(self.rows), 1)
         misfit += (measured - int(self.used.sum())) / measured * (2 * HUBER * FAR - HUBER**2)
         numbers = (len(self.theta) + len(self.f)) * math.log(measured)
-        late = 2 * float(cost(self.nk).sum()) if self.record.is_scattered else 0.0
-        return measured * misfit + numbers + late
+        return measured * misfit + numbers + 2 * float(cost(self.nk).sum())
 
     @property
     def dated_criterion(self) -> float:

@@ -14,7 +14,7 @@ from .delays import DelayScan, best_delay, lagged
 from .response import Response
 from .response_record import HUBER, Record
 
-ORDERS = (1, 2, 3)
+ORDERS = (0, 1, 2, 3)
 HIGHEST = 8  # order that a response is raised to at its end, while each is clearly likelier
 TIMES = (0.7, 2.0, 5.0, 12.0, 30.0, 80.0)  # samples, of real poles that are tried
 SWINGS = ((3.0, 8.0), (8.0, 16.0), (8.0, 36.0), (20.0, 40.0), (20.0, 84.0))  # time constant and period of pairs
@@ -139,7 +139,7 @@ def fitted(plain: Response, noises, n: int, m: int) -> Response:
     Each is begun at the poles that leave least, those of the last beside others; the likeliest is taken. Of scattered
     samples it is begun once more as if the noise was white: slow noise between them has parts of the answer.
     """
-    found = [begun(start, starts(noises[-1], n), n, m) for start in noises] if n > 1 else [first(plain)]
+    found = [begun(start, starts(noises[-1], n), n, m) for start in noises] if n != 1 else [first(plain)]
     if (start := equation(plain, n, m)) is not None:
         found.append(begun(start, [np.roots(np.append(1.0, start.f))], n, m))
     best = min(found, key=lambda one: one.criterion).settled(2)
@@ -171,10 +171,10 @@ def begun(start: Response, poles, n: int, m: int) -> Response:
 
 def equation(plain: Response, n: int, m: int) -> Response | None:
     """Return a start at the poles of the likeliest difference equation, as if its errors were white."""
-    if plain.record.is_scattered:
+    if plain.record.is_scattered or not n:
         return None
     y, x = levelled(plain), moving(plain)
-    scan = DelayScan(y, x, n, (m,) * x.shape[1], max(latest(y), 1))
+    scan = DelayScan(y, x, n, (m,) * x.shape[1], max(latest(y), 1), is_costly=True)
     if not scan.is_enough:
         return None
     nk = scan.best((0,) * x.shape[1], (0,) * x.shape[1])
@@ -210,6 +210,8 @@ def moving(now: Response) -> np.ndarray:
 
 def starts(last: Response, n: int) -> list[np.ndarray]:
     """Return sets of n poles: those of a response of lower order and others beside them, and pairs."""
+    if n == 0:
+        return [np.zeros(0)]
     single = [np.array([math.exp(-1 / tau)]) for tau in TIMES]
     if n == 1:
         return single
@@ -308,7 +310,7 @@ def delays(now: Response, a, nk, m: int) -> tuple[int, ...]:
     driven = linear_filter(white, np.append(1.0, a), x)
     if len(nk) == 1 and (found := best_delay(y, driven[:, 0], m, most)) is not None:
         return (found,)
-    scan = DelayScan(y, driven, 0, (m,) * x.shape[1], most, now.record.is_scattered)
+    scan = DelayScan(y, driven, 0, (m,) * x.shape[1], most, is_costly=True)
     return scan.best(tuple(min(d, most) for d in nk), (0,) * len(nk)) if scan.is_enough else tuple(nk)
 
 
