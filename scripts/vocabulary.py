@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from driftwise.tables.vocabulary import PLAIN_UNITS, SECONDS, UNITS, WORDS
+from driftwise.tables.vocabulary import MOTION, PLACES, PLAIN_UNITS, SECONDS, UNITS, WORDS
 
 PAGE = Path(__file__).resolve().parents[1] / "docs/columns.md"
 BEGIN, END = "<!-- written by scripts/vocabulary.py -->", "<!-- end -->"
@@ -17,6 +17,8 @@ def tables() -> str:
     lines += [f"| {kind} | {' '.join(dict.fromkeys(words.split()))} |" for kind, words in WORDS.items()]
     lines += ["", "| unit | more often |", "|---|---|"]
     lines += [f"| {units} | {kind} |" for kind, units in UNITS.items()]
+    lines += ["", f"Where a body is, by two columns: {', '.join(PLACES)}."]
+    lines += ["", f"How it moves: {' '.join(dict.fromkeys(MOTION.split()))}."]
     lines += ["", f"Units of a clock: {' '.join(SECONDS)}.", "", f"Units in ASCII: {PLAIN_UNITS}."]
     return "\n".join(lines)
 

@@ -7,6 +7,7 @@ from collections import Counter
 import numpy as np
 import pytest
 from driftwise_studies.score.claims.rigs_pump import (
+    FRICTION,
     IMBALANCE,
     KINDS,
     SET_POINT,
@@ -55,6 +56,12 @@ def test_what_is_seen_at_once_is_told():
     assert seen["begins"] == 2 and seen["beside"] == 0
 
 
+def test_a_bearing_that_takes_more_is_told_where_the_flow_is_named():
+    seen = Counter()
+    count(drawn(6601, 0, FRICTION), seen)  # its current moves, and the flow does not
+    assert seen["begins"] == seen["named"] == 1
+
+
 def test_what_is_told_is_counted():
-    assert f"| {STEADY} | 1 | 0 | 0 | 0 | 0 |" in table(1, 1, (STEADY,))
+    assert f"| {STEADY} | 1 | 0 | 0 | 0 | 0 | 0 |" in table(1, 1, (STEADY,))
     assert SET_POINT in KINDS and VALVE in KINDS

@@ -12,25 +12,33 @@ import numpy as np
 from ..engine.holding import held
 from ..results.numbers import listed, odds_words
 from ..tables.cleaning import judged
-from ..tables.column_roles import parse
+from ..tables.column_roles import SCORES, of_motion, parse
 from ..tables.recognise import Table
 from .seasons import of_table, unseasoned
 from .together import MOST_COLUMNS, Together, together
 
 BEFORE = 8  # parts of a record, one of which says at what level a column was before it changed
 SIGNALS = "output", "input", "spare"  # parts of columns that may take part
+RESTS = "constant", "empty", "text"  # parts of those that do not say where a body is
 
 
 def together_of(head: dict[str, Any], table: Table) -> tuple[Together, ...]:
     """Return the changes that several columns have in common in the first rows of a table, on its clock.
 
-    Where parts are known, the level of an input by which somebody acts, with the output or without, is what the model
-    is about, and not told here, nor is what moves the output alone, unless inputs were found that may have answered.
     Columns are seen without the seasons of the clock, counts and amounts by their logarithms. Rows that come as they
     like, and recordings one below the other, are not looked at.
     """
     if table.sampling.kind == "irregular" or table.sampling.restarts or table.stacked:
         return ()
+    columns, levels = unseasonal(believed(head, table), of_table(table))
+    moving = of_motion((one.name, one.unit) for one in table.columns if one.role not in RESTS)
+    clock = clock_of(head, table)
+    found = (one for one in together(columns) if is_news(one, table, moving))
+    return tuple(_on_clock(_in_units(one, levels), clock) for one in found)
+
+
+def believed(head: dict[str, Any], table: Table) -> dict[str, np.ndarray]:
+    """Return the columns that may take part, a copy each, in the order of the table; NaN where not to be believed."""
     order = sorted(table.columns, key=lambda one: SIGNALS.index(one.role) if one.role in SIGNALS else len(SIGNALS))
     few = {one.name for one in [one for one in order if one.role in SIGNALS][:MOST_COLUMNS]}
     columns = {one.name: np.array(head[one.name], float) for one in table.columns if one.name in few}
@@ -38,18 +46,36 @@ def together_of(head: dict[str, Any], table: Table) -> tuple[Together, ...]:
         columns[name][doubt] = np.nan
         for segment in table[name].stuck:
             columns[name][segment.start : segment.stop] = np.nan
-    levels, seasons = {}, of_table(table)
+    return columns
+
+
+def unseasonal(columns: dict[str, np.ndarray], seasons) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
+    """Return columns without seasons, some of them by their logarithms, and these as they stand in the table."""
+    found, levels = {}, {}
     for name, x in columns.items():
-        columns[name] = unseasoned(x, seasons)
-        relative = _logarithms(x, columns[name], seasons)
+        usual = unseasoned(x, seasons)
+        relative = _logarithms(x, usual, seasons)
         if relative is not None:
-            columns[name], levels[name] = relative, x
-    found = [_in_units(one, levels) for one in together(columns)]
-    found = [one for one in found if table.is_ambiguous or not _is_answer(one, table)]
+            levels[name] = x
+        found[name] = usual if relative is None else relative
+    return found, levels
+
+
+def clock_of(head: dict[str, Any], table: Table) -> np.ndarray:
+    """Return the times of the rows, their numbers where there is no clock."""
     if table.time is None:
-        return tuple(_on_clock(one, np.arange(table.rows, dtype=float)) for one in found)
-    clock = held(table.count.time(np.asarray(head[table.time], float)))
-    return tuple(_on_clock(one, clock) for one in found)
+        return np.arange(table.rows, dtype=float)
+    return held(table.count.time(np.asarray(head[table.time], float)))
+
+
+def is_news(one: Together, table: Table, moving=frozenset()) -> bool:
+    """Say whether a change is to be told, and not what the answer is about, nor how a body moves, by some columns.
+
+    Where parts are known, the level of an input by which somebody acts, with the output or without, is what the model
+    is about, nor is what moves the output alone told, unless inputs were found that may have answered. That a body
+    turns, or climbs, its record shows all along.
+    """
+    return not moving.issuperset(one.names) and (table.is_ambiguous or not _is_answer(one, table))
 
 
 def _logarithms(x, usual, seasons) -> np.ndarray | None:
@@ -79,14 +105,20 @@ def _is_answer(one: Together, table: Table) -> bool:
     """Say whether a change is one of which the answer speaks: an input that acts is at another level, perhaps with what
     the output makes of it; or the output alone changed, and no input was found that may have answered to it.
 
-    Inputs that were named act, and those whose name says so; of those that were found by what they do, one that moves
-    by itself is news of the table.
+    Inputs that were named act, and those whose name says that they are set; of those that were found by what they do,
+    one that moves by itself is news of the table. Currents and voltages are measured as often as set: one that moves
+    while the output does nothing is news, too.
     """
     others = {name for name in one.names if name != table.output}
     if not others:
         return "inputs" in table.given or not table.inputs
-    acting = {name for name in table.inputs if "inputs" in table.given or parse(name, table[name].unit).score < 0}
-    return len(others) == 1 and others <= acting and others <= one.moves.keys()
+    return len(others) == 1 and others <= acting(table, table.output in one.names) and others <= one.moves.keys()
+
+
+def acting(table: Table, is_answered: bool) -> set[str]:
+    """Return the inputs that act, by who named them or by their own names, where the output answers or does not."""
+    causes = SCORES["source"] if is_answered else SCORES["command"]
+    return {name for name in table.inputs if "inputs" in table.given or parse(name, table[name].unit).score <= causes}
 
 
 def apart(found: Iterable[Together], changes, output: str, grows: bool = False) -> tuple[Together, ...]:

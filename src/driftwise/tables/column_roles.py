@@ -4,18 +4,22 @@ from __future__ import annotations
 
 import re
 import unicodedata
+from collections.abc import Iterable
 from functools import cache
 from typing import NamedTuple
 
-from .vocabulary import PLAIN_UNITS, SECONDS, UNITS, WORDS, WRITTEN
+from .vocabulary import MOTION, PLACES, PLAIN_UNITS, SECONDS, UNITS, WORDS, WRITTEN
 
-__all__ = ["SCORES", "SECONDS", "Name", "is_unit", "parse"]
+__all__ = ["SCORES", "SECONDS", "Name", "is_unit", "of_motion", "parse"]
 
 SCORES = {
     "setpoint": -3.0, "command": -3.0, "drive": -3.0, "device": -3.0, "disturbance": -3.0, "source": -1.0,
     "voltage": -1.0, "quantity": 2.0, "output": 3.0,
 }  # fmt: skip
 _MOVES = frozenset("position pos speed rpm angle posicion posizione posicao vitesse drehzahl".split())
+_MOTION = frozenset(MOTION.split())
+_ACTS = frozenset({"setpoint", "command", "device", "drive", "disturbance", "source"})
+_TURNS = "rpm", "1/min", "tr/min"  # units of what turns about an axle
 _UNITS = frozenset(PLAIN_UNITS.split())
 _BRACKETS = re.compile(r"^(.*?)[\s_]*[\[({]\s*([^\])}]*?)\s*[\])}]\s*$")
 _SLASH = re.compile(r"^(.+?)(?:\s+/\s*|[ _]in[ _]|,\s*)(\S{1,8})$")
@@ -43,6 +47,11 @@ class Name(NamedTuple):
     def is_weather(self) -> bool:
         """Whether it is measured outside where weather is: air, and neither that of a room nor that of a duct."""
         return "weather" in self.kinds and all(_kinds(word) & {"weather", "quantity"} for word in self.words)
+
+    @property
+    def is_of_motion(self) -> bool:
+        """Whether it may say where a body is or how it moves: no wind, and no speed of a pump or an axle."""
+        return bool(_MOTION & set(self.words)) and not self.kinds & _ACTS and self.unit not in _TURNS
 
     @property
     def stem(self) -> tuple[str, ...]:
@@ -93,6 +102,21 @@ def parse(name: str, unit: str = "") -> Name:
     scores = [SCORES[kind] for kind in kinds & SCORES.keys()]
     score = min(scores) if min(scores, default=0.0) < -2.0 else max(scores, default=0.0, key=abs)
     return Name(base, unit, words, kinds, score)
+
+
+def of_motion(names: Iterable[tuple[str, str]]) -> frozenset[str]:
+    """Return those of some columns (name and unit) that say how a body moves, where two of them say where it is.
+
+    >>> sorted(of_motion([("east_m", ""), ("north_m", ""), ("roll_deg", ""), ("wind_speed_mps", "")]))
+    ['east_m', 'north_m', 'roll_deg']
+    >>> of_motion([("position_m", ""), ("speed_mps", "")])
+    frozenset()
+    """
+    columns = {name: parse(name, unit) for name, unit in names}
+    words = {word for one in columns.values() for word in one.words}
+    if not any(words.issuperset(pair.split()) for pair in PLACES):
+        return frozenset()
+    return frozenset(name for name, one in columns.items() if one.is_of_motion)
 
 
 def is_unit(text: str) -> bool:

@@ -59,6 +59,13 @@ WORDS = {
     "voltage": "voltage tension ~spannung voltaje tensione spanning napiecie",
 }
 
+# Words of two axes by which a table says where a body is, and those of how it moves.
+PLACES = "latitude longitude", "lat lon", "lat lng", "east north", "easting northing"
+MOTION = (
+    f"{' '.join(PLACES)} altitude alt elevation position pos speed velocity airspeed groundspeed mach climb sink "
+    "vertical track course heading bearing yaw pitch roll bank turn acceleration accel gyro"
+)
+
 # What a column of that unit is more often, where its words say nothing.
 UNITS = {
     "quantity": "°C °F K rpm 1/min tr/min pH m/s m/s² bpm",

@@ -16,7 +16,8 @@ Sizes are such that the largest movement of a column is one to twenty deviations
 1.3 to 6 times as loud. "Steady": the same benches without any.
 
 Told is a fault of which a change begins within sixty rows of its beginning or of its end; "beside" counts changes that
-begin within sixty rows of neither, of which a temperature that is late has some.
+begin within sixty rows of neither, of which a temperature that is late has some. "Flow named": the beginnings that are
+told where somebody named the flow, without what is left to its model then (`is_news`), and what the model tells.
 """
 
 from __future__ import annotations
@@ -28,7 +29,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.signal import lfilter
 
+from driftwise.analysis.table_together import is_news
 from driftwise.analysis.together import together
+from driftwise.tables.recognise import recognise
 
 from .command import show
 from .rigs_bench import NEAR, first_order, shape
@@ -163,10 +166,13 @@ def drawn(seed: int, number: int, kind: str) -> Pump:
 
 def count(pump: Pump, seen: Counter) -> None:
     """Count what is told of a bench."""
-    found = [one.since for one in together(pump.columns)]
+    changes = together(pump.columns)
+    table = recognise({"time_s": np.arange(float(len(pump.columns["flow"]))), **pump.columns}, output="flow")
+    found, news = ([one.since for one in part] for part in (changes, [one for one in changes if is_news(one, table)]))
     ends = [pump.first, pump.first + pump.length] if pump.length else []
     near = [[abs(row - end) <= NEAR for row in found] for end in ends]
     seen["begins"] += bool(ends) and any(near[0])
+    seen["named"] += bool(ends) and any(abs(row - pump.first) <= NEAR for row in news)
     seen["either"] += any(map(any, near))
     seen["beside"] += sum(not any(hits) for hits in zip(*near)) if ends else len(found)
     seen["any"] += bool(found)
@@ -174,12 +180,12 @@ def count(pump: Pump, seen: Counter) -> None:
 
 def table(seed: int, records: int, kinds=(*KINDS, STEADY)) -> str:
     """Return what is told of each kind, as a table of Markdown."""
-    rows = ["| fault | benches | beginning told | beginning or end | beside | any |", "| --- " * 6 + "|"]
+    rows = ["| fault | benches | beginning told | flow named | beginning or end | beside | any |", "| --- " * 7 + "|"]
     for kind in kinds:
         seen = Counter[str]()
         for number in range(records):
             count(drawn(seed, number, kind), seen)
-        cells = (seen["begins"], seen["either"], seen["beside"], seen["any"])
+        cells = (seen["begins"], seen["named"], seen["either"], seen["beside"], seen["any"])
         rows.append(f"| {kind} | {records} | " + " | ".join(map(str, cells)) + " |")
     return "\n".join(rows)
 
