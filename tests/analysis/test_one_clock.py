@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from driftwise_studies.score.claims.panels import SEVERAL, STEADY, drawn, knows, table, told, written
+from driftwise_studies.score.claims.panels import CLEAR, SEVERAL, STEADY, drawn, error_of, knows, table, told, written
 
 from driftwise.analysis.directions import read_settled
 from driftwise.analysis.seasons import unseasoned
@@ -44,6 +44,19 @@ def test_readings_of_one_weekday_have_no_week():
     x = np.full(700, np.nan)
     x[3::7] = np.random.default_rng(0).normal(size=100)
     assert unseasoned(x, (7,)) is x
+
+
+def test_an_error_is_that_of_a_difference_beside_a_season():
+    shape = (np.arange(120) >= 60).astype(float)
+    alone = error_of(shape, 4 * np.eye(120), 12)
+    assert 2 * np.sqrt(2 / 60) < alone < 3 * 2 * np.sqrt(2 / 60)  # a line takes the most of it
+    assert error_of(shape, 16 * np.eye(120), 12) == pytest.approx(2 * alone)
+
+
+def test_a_clear_change_is_of_one_column_and_known():
+    panel = drawn(6601, 1, CLEAR)
+    assert np.count_nonzero(panel.sizes) == 1
+    assert knows(panel, panel.sizes)
 
 
 def test_who_knows_tells_what_there_is():

@@ -6,7 +6,8 @@ Three to eight columns of one clock: a level with a season of its own, by a few 
 up to six deviations of what is quick; a line and something slow; noise, white and of the first order. All of that is
 added, or, of every other panel, what is added are logarithms of counts and amounts, which are as loud as they are
 large. Once something changes for good, or for some time, by half to five deviations of what is quick, in one column, in
-several or, "steady", in none.
+several or, "steady", in none; "clear": in one column, by six to eight standard errors of who knows its noise and the
+date, and not its level, line and season.
 
 "Who knows" is told the law of each column, its season, and size and shape of the change: all but the date; it tells
 what has odds of 20:1 against none. Told is a change that begins where the true one does, within a season or a fiftieth.
@@ -32,7 +33,8 @@ from .command import show
 from .rigs_bench import first_order
 
 CLOCKS = ("hour", 24, (200, 1500)), ("day", 7, (150, 900)), ("month", 12, (132, 320))  # season and length, samples
-KINDS = ONE, SEVERAL, STEADY = "one column", "several columns", "steady"
+KINDS = ONE, SEVERAL, STEADY, CLEAR = "one column", "several columns", "steady", "clear"
+ERRORS = 6.0, 8.0  # of a clear change, that it is large
 SURE, EDGE = math.log(20.0), 0.06  # of who knows: the odds, and the share of the record at an end without a change
 STARTS = {"hour": "2021-03-01T00:00", "day": "2019-05-06", "month": "1990-01"}
 
@@ -79,10 +81,15 @@ def drawn(seed: int, number: int, kind: str) -> Panel:
     drift = white * rng.choice([0, 0.5, 1], p)
     expected = (level if is_relative else np.exp(level))[:, None] + white[:, None] * (shape + line)
     own, keeps = np.array([drift, white * rng.choice([0, 0.5, 1], p)]), np.array([slow, rng.uniform(0, 0.7, p)])
-    order, many = rng.permutation(p), {ONE: 1, SEVERAL: int(rng.integers(2, p + 1)), STEADY: 0}[kind]
+    order, many = rng.permutation(p), {SEVERAL: int(rng.integers(2, p + 1)), STEADY: 0}.get(kind, 1)
     sizes = np.hypot(white, own[1]) * np.exp(rng.uniform(math.log(0.5), math.log(5), p)) * rng.choice([-1, 1], p)
     sizes *= order < many
     first, lasts = int(T * rng.uniform(0.25, 0.9)), T if rng.uniform() < 0.7 else int(T * rng.uniform(0.1, 0.3))
+    if kind == CLEAR:
+        j, shape = int(np.flatnonzero(sizes)[0]), moved(t, first, lasts)
+        rounded = math.exp(-2 * level[j]) / 12 if is_relative else 0.0  # of whole counts
+        K = covariance(T, math.sqrt(white[j] ** 2 + rounded), own[:, j], keeps[:, j])
+        sizes[j] = np.sign(sizes[j]) * rng.uniform(*ERRORS) * error_of(shape, K, season)
     x = expected + sizes[:, None] * moved(t, first, lasts) + white[:, None] * rng.standard_normal((p, T))
     x += sum(own[i, :, None] * np.array([first_order(rng, T, keep) for keep in keeps[i]]) for i in range(2))
     x = np.maximum(np.round(np.exp(x)), 1.0) if is_relative else x
@@ -94,6 +101,18 @@ def moved(t, first, lasts: int) -> np.ndarray:
     return ((t >= first) & (t < first + lasts)).astype(float)
 
 
+def covariance(T: int, white, own, keeps) -> np.ndarray:
+    """Return that of a column (T,) beside its line and season, of which noises keep some from row to row."""
+    return white**2 * np.eye(T) + sum(by**2 * toeplitz(keep ** np.arange(T)) for by, keep in zip(own, keeps))
+
+
+def error_of(shape, K, season: int) -> float:
+    """Return the standard error of the size of a shape (T,) beside a level, a line and a season that nobody knows."""
+    t = np.arange(len(shape))
+    X = np.column_stack([shape, t / len(t), t[:, None] % season == np.arange(season)])
+    return float(np.sqrt(np.linalg.inv(X.T @ cho_solve(cho_factor(K), X))[0, 0]))
+
+
 def knows(panel: Panel, sizes) -> bool:
     """Return whether who knows all but the date tells that the columns changed by ``sizes``."""
     T = panel.columns.shape[1]
@@ -101,8 +120,7 @@ def knows(panel: Panel, sizes) -> bool:
     shapes = moved(np.arange(T), dates[:, None], panel.lasts).T
     odds, x = np.zeros(len(dates)), np.log(panel.columns) if panel.is_relative else panel.columns
     for j in np.flatnonzero(sizes):
-        laws = zip(panel.own[:, j], panel.keeps[:, j])
-        K = panel.white[j] ** 2 * np.eye(T) + sum(own**2 * toeplitz(keeps ** np.arange(T)) for own, keeps in laws)
+        K = covariance(T, panel.white[j], panel.own[:, j], panel.keeps[:, j])
         white = cho_solve(cho_factor(K), np.column_stack([x[j] - panel.expected[j], shapes]))
         odds += sizes[j] * shapes.T @ white[:, 0] - sizes[j] ** 2 * np.sum(shapes * white[:, 1:], axis=0) / 2
     return float(np.logaddexp.reduce(odds)) - math.log(len(odds)) > SURE
