@@ -58,14 +58,17 @@ def begin_second(memory, second, theta, unit):
 
 @rare
 def begin_with_rows(memory, second, rows, theta, unit, P, view, least):
-    """Let it begin with those of the last rows that agree, if some do not; it counts from the next sample on."""
+    """Let it begin with those of the last rows that agree, if some do not; say whether it did.
+
+    It has seen the present one, which is kept by now, and counts from the next sample on.
+    """
     N, count, head = unit.size, rows.y.size, second.head
     limit, many = fit_trimmed(rows, unit, P)
     if many == count or not says_enough(rows, limit):
-        return
+        return False
     begin_second(memory, second, theta, unit)
     for i in range(N):
-        rows.x[i] = view.psi[i]  # the present row may be none of them
+        rows.x[i] = view.psi[i]  # the present row, of which one in doubt is not kept
     one, last = mode(second.row, 0, N), int(rows.taken[0]) - 1
     for k in range(last + 1, last + 1 + count):  # the oldest first
         psi = rows.psi[k % count]
@@ -77,6 +80,7 @@ def begin_with_rows(memory, second, rows, theta, unit, P, view, least):
     for i in range(N):
         view.psi[i] = rows.x[i]
     head[AGE], head[STRUCK_SO_FAR] = N + LEARNING, OF_LEFT_OUT * (count - many)
+    return True
 
 
 @rare
@@ -88,7 +92,8 @@ def start_again(memory, second, rows, e, R, evidence, unit, theta, P, view, leas
     if is_over:
         begin_second(memory, second, theta, unit)
     if memory.outliers > 0.0 and ((more == 0.0 and head[SCORE] <= 0.0) or (is_over and more > 0.0)):
-        begin_with_rows(memory, second, rows, theta, unit, P, view, least)
+        if begin_with_rows(memory, second, rows, theta, unit, P, view, least):
+            return False
     one = mode(second.row, 0, N)
     error = error_of(one, e, view.psi, theta)
     share = share_of(memory, head[STRUCK_SO_FAR], head[AGE])
