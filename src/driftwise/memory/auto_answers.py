@@ -30,7 +30,7 @@ from .auto_constants import (
     YOUNG,
     YOUNG_ENOUGH,
 )
-from .auto_shown import blend, drift_together, merge_shy, mixture_with_copies
+from .auto_shown import blend, drift_together, know_as_the_bank, merge_shy, mixture_with_copies
 from .auto_state import (
     CLEAN,
     HEAD,
@@ -191,6 +191,8 @@ def adapt_auto(memory, state, e, R, view):
         is_suspicious = suspect(parts.sums, view.psi, e, T, s2) or drift.head[SEEN] < YOUNG
         if is_to_begin(trial, parts.sets, surprise, limit, is_suspicious, head[CLEAN] >= ISOLATED):
             begin_trial(memory, trial, parts.sets, own.bank, drift.unit, M, surprise, limit, is_suspicious, view.b)
+            if drift.head[SEEN] > LEARNT:
+                know_as_the_bank(memory, parts)
             head[STRUCK_BEFORE] = head[STRUCK_SO_FAR]
             is_on = True
         elif is_on and compete(memory, parts) and surprise >= limit and not is_told(trial):

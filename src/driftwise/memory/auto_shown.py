@@ -14,10 +14,10 @@ from .auto_state import MODES
 from .bank import FREEDOM_NOW, SIGMA2_NOW, mixture_of_modes
 from .gauss_markov import relax, widen_within
 from .lone_jump import alone, move_alone
-from .mixing import add_spread, shrink
-from .modes import FREEDOM, WEIGHT, mode, own_sigma2
+from .mixing import add_spread, merge, shrink
+from .modes import FREEDOM, WEIGHT, mode, own_sigma2, unfold
 from .sensitivity import pass_time
-from .trial_state import AGE, COPIES, SAME, is_told
+from .trial_state import AGE, COPIES, LEVEL, SAME, is_told
 
 
 @kernel
@@ -71,6 +71,23 @@ def merge_shy(memory, own, learner, theta, U, D):
         dense[MODES * size + i] = P[i]
     factor_within(P, U, D)
     return freedom, s2
+
+
+@rare
+def know_as_the_bank(memory, parts):
+    """Let the copy of another level know of parameters what the bank shows, no more: it is told for all its filters.
+
+    The likeliest filter knows not what the others know better: of a slow walk the one that never forgets is too sure.
+    """
+    own, level = parts.own, mode(parts.trial.copies, LEVEL, parts.drift.unit.size)
+    unfold(own.bank, own.dense, level.theta.size)
+    if memory.stakes > 0.0:
+        _, s2 = merge_shy(memory, own, parts.learner, level.theta, level.U, level.D)
+    else:
+        _, s2 = merge(memory, own, level.theta, level.U, level.D)
+    share = s2 / own_sigma2(memory, level.own)
+    for i in range(level.D.size):
+        level.D[i] *= share
 
 
 @rare

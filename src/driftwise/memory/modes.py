@@ -100,17 +100,6 @@ def hand_over(bank, dense, one, P):
             dense[m * P.size + i] = P[i]
 
 
-@rare
-def hand_over_but_first(memory, bank, dense, one, P):
-    """Let the others be ``one``; the first has its sigma^2 alone, and stays as sure of its parameters as it was."""
-    first = mode(bank, 0, one.theta.size)
-    change = own_sigma2(memory, first.own) / own_sigma2(memory, one.own)
-    for i in range(P.size):
-        dense[i] *= change
-    first.own[FREEDOM], first.own[CHI2] = one.own[FREEDOM], one.own[CHI2]
-    hand_over(bank[size_of(one.theta.size) :], dense[P.size :], one, P)
-
-
 @kernel
 def height(nu):
     """Return the log of the density of Student's t where it is highest, times sqrt(2 pi V), V its squared scale."""

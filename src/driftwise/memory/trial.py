@@ -106,6 +106,15 @@ def is_to_end(trial):
     return head[AGE] >= trial.score.size + FRESH and is_hopeless(trial, DEAD)
 
 
+@kernel
+def set_level(memory, level, freedom, sigma2):
+    """Let sigma^2 be this, known by so many samples; what is known of the parameters stays what it was."""
+    share = own_sigma2(memory, level.own) / sigma2
+    level.own[FREEDOM], level.own[CHI2] = freedom, freedom * sigma2
+    for i in range(level.D.size):
+        level.D[i] *= share
+
+
 @rare
 def begin_trial(memory, trial, sets, bank, unit, M, surprise, limit, is_suspicious, b):
     """Copy the likeliest filter of the bank, set the parameters of one copy free and sigma^2 of another."""
@@ -122,12 +131,10 @@ def begin_trial(memory, trial, sets, bank, unit, M, surprise, limit, is_suspicio
         trial.found[k] = trial.shown[k] = trial.moved[k] = 0.0
     freed, level = mode(trial.copies, FREED, N), mode(trial.copies, LEVEL, N)
     head[BEFORE] = own_sigma2(memory, level.own)
-    louder = LOUD if is_surprise else 1.0
-    level.own[FREEDOM] = LOUD_FREEDOM if is_surprise else PLAIN_FREEDOM
-    level.own[CHI2] = level.own[FREEDOM] * head[BEFORE] * louder
-    if memory.has_state == 0.0:
-        for i in range(N):
-            level.D[i] /= louder  # what it knows of the parameters stays what it was
+    if is_surprise:
+        set_level(memory, level, LOUD_FREEDOM, LOUD * head[BEFORE])
+    else:
+        set_level(memory, level, PLAIN_FREEDOM, head[BEFORE])
     if freed.own[FREEDOM] > FREED_FREEDOM:
         freed.own[FREEDOM], freed.own[CHI2] = FREED_FREEDOM, FREED_FREEDOM * head[BEFORE]
     spread = max(WIDE, min(surprise, WIDEST) / N)
@@ -153,13 +160,10 @@ def begin_trial(memory, trial, sets, bank, unit, M, surprise, limit, is_suspicio
 @rare
 def begin_anew(memory, trial, sets, unit, surprise, b):
     """At another surprise begin what explains no more than none from here on, beside a state."""
-    N, head, size = unit.size, trial.head, size_of(unit.size)
+    N, head = unit.size, trial.head
     set_free_again(memory, trial, sets, unit, surprise, b)
     if head[GAP] == 1.0 and trial.found[LEVEL] < trial.found[SAME]:
-        for i in range(size):
-            trial.copies[LEVEL * size + i] = trial.copies[SAME * size + i]
-        level = mode(trial.copies, LEVEL, N).own
-        level[FREEDOM], level[CHI2] = LOUD_FREEDOM, LOUD_FREEDOM * head[BEFORE] * LOUD
+        set_level(memory, mode(trial.copies, LEVEL, N), LOUD_FREEDOM, LOUD * head[BEFORE])
         trial.found[LEVEL] = trial.found[SAME] - log(head[GAP])
     if head[ALONE] == 0.0:
         for i in range(N):

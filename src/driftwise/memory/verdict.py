@@ -28,7 +28,7 @@ from .auto_constants import (
 )
 from .likelihood_drift import begin_again, derivatives
 from .lone_jump import move_alone, spread_alone
-from .modes import WEIGHT, hand_over, hand_over_but_first, mode, own_sigma2
+from .modes import WEIGHT, hand_over, mode, own_sigma2
 from .trial_state import (
     AGE,
     ALONE,
@@ -38,7 +38,6 @@ from .trial_state import (
     FREED,
     GAP,
     IMPOSSIBLE,
-    LEADER,
     LEVEL,
     ODDS,
     SAME,
@@ -170,10 +169,7 @@ def follow(memory, trial, learner, bank, dense, unit, what):
                 dP[i] *= change
     half = N * (N + 1) // 2
     P = trial.dense[k * half : (k + 1) * half]
-    if what == A_LEVEL and memory.has_state > 0.0 and trial.head[LEADER] > 0.0:
-        hand_over_but_first(memory, bank, dense, mode(trial.copies, k, N), P)
-    else:
-        hand_over(bank, dense, mode(trial.copies, k, N), P)
+    hand_over(bank, dense, mode(trial.copies, k, N), P)
     for m in range(memory.levels.size):
         mode(bank, m, N).own[WEIGHT] = trial.weights[m]
     if what == A_JUMP:  # what stood against it may still be right
