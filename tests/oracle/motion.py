@@ -257,7 +257,7 @@ class Follower:
         self._judge(y)
         self._learn(t, y)
         if self._loudness() > before + self.C * onset.LOUDER:  # all were too sure
-            self.courses, self.lead = None, -onset.SOONEST
+            self.courses, self.lead = None, -onset.RESTS
 
     def _loudness(self):
         w = self.w[: bank.KALMAN] / self.w[: bank.KALMAN].sum()
@@ -287,7 +287,9 @@ class Follower:
             self.lead, self.courses = held, Courses(self.speed / judging.GENTLE, y - self.last, r, self.d)
             return
         self.courses.take(y - self.last, r, self.d, self.period, self.counts, self.seen)
-        self.lead = self.courses.mu[courses.MOVES :].sum() if self.seen > onset.SOONEST else 0.0
+        moves = self.courses.mu[courses.MOVES :].sum()
+        others = (1 - moves) * (1 + onset.DOUBTED / self.seen)
+        self.lead = moves / (moves + others) if self.seen > onset.SOONEST else 0.0
 
     def _judge(self, y):
         known, unit, C = self.known, self.unit, self.C

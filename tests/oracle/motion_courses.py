@@ -78,7 +78,9 @@ class Courses:
             Q[:2, :2] = q * np.array([[d**3 / 3, d**2 / 2], [d**2 / 2, d]])
             x[j, c] = F @ (w @ of)
             P[j, c] = F @ (np.einsum("i,iab->ab", w, V) + apart.T @ (w[:, None] * apart)) @ F.T + Q
-        P[1, 0, 0, 0] += np.sum(x[1, :, 1] ** 2) * (courses.OLD * T) ** 2
+        first = self.mu[0] * p[0, 1] / mu[1]
+        age2 = (courses.OLD * T) ** 2 + min(courses.DELAY, courses.SCANS * T) ** 2
+        P[1, 0, 0, 0] += np.sum(x[1, :, 1] ** 2) * (first * age2 + (1 - first) * (courses.CHANGES * T) ** 2)
         return mu, x, P
 
     def turn(self, cos, sin):

@@ -4,7 +4,7 @@ courses      x_j, P_j: position, velocity, acceleration along the way and across
              multiple models; Blom and Bar-Shalom 1988)
 mixing       P(i|j) = mu_i p_ij/c_j      c_j = sum_i mu_i p_ij
 acceleration forgotten in ``LASTS`` plots; of what begins N(0, s_j^2), s_j the j-th strength
-late         straight on, but anywhere along the way: each plot at another age
+late         straight on, but anywhere along the way: the first plot by an age, the next by what that changes
 plots        usual, a Student-t of as many degrees as plots have shown of their noise; wide; or wild, which move nothing
 """
 
@@ -17,8 +17,9 @@ from . import bank, judging, linear
 AHEAD, LATE, MOVES = 0, 1, bank.AHEADS  # courses; and the first of those that are manoeuvres
 STRENGTHS = tuple(2.0 * 6.0**k for k in range(bank.MOVES))  # of the gentlest manoeuvre of a class
 BEGINS, ENDS = 0.01, 0.03  # a manoeuvre, at a plot
-LATE_BEGINS, LATE_ENDS = 0.003, 0.3  # and plots that are late
-OLD = 1.0  # times between plots, that those are old
+LATE_BEGINS, LATE_ENDS = 0.01, 0.3  # and plots that are late
+OLD, CHANGES = 1.0, 0.3  # times between plots, that the first is old, and by which that changes
+DELAY, SCANS = 0.3, 3.0  # s, that it is older, whatever the time between plots; as so many of those at most
 LASTS = 5.0  # plots, an acceleration
 WOBBLES = 0.2  # what goes straight: of the gentlest manoeuvre, from plot to plot ..
 NOISE = 1e-4  # .. and q T^3/r
@@ -115,7 +116,7 @@ def mix(task, K, C, mixed):
 
 
 @kernel
-def go_on(task, mixed, C, d, T, r):
+def go_on(task, K, mixed, C, d, T, r):
     """Take all courses d seconds on."""
     f = exp(-d / (LASTS * T))
     for j in range(bank.COURSES):
@@ -130,7 +131,9 @@ def go_on(task, mixed, C, d, T, r):
     v2 = 0.0
     for c in range(C):
         v2 += square(mixed[at_course(LATE, C, c) + linear.V])
-    mixed[at_course(LATE, C, 0) + linear.PP] += v2 * square(OLD * T)
+    first = K[at_share(AHEAD, C)] * follows(AHEAD, LATE) / mixed[at_share(LATE, C)]
+    age2 = first * (square(OLD * T) + square(min(DELAY, SCANS * T))) + (1.0 - first) * square(CHANGES * T)
+    mixed[at_course(LATE, C, 0) + linear.PP] += v2 * age2
 
 
 @kernel

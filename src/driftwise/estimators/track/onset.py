@@ -1,6 +1,7 @@
 """Whether plots lead away from straight flight as a manoeuvre does: by this an onset is told.
 
-lead         sum_j mu_j, of the courses j that are manoeuvres (`courses`), under the noise of the members that lead
+lead         p/(p + (1 - p)(1 + N/n)), p = sum_j mu_j of the courses j that are manoeuvres (`courses`), under the noise
+             of the members that lead: where it was learnt from few plots n, it is wrong in all plots at once
 
 A plot that a publisher drew on the line of those before it says nothing. A position whose stamp is wrong by tau is off
 along the way, by tau times the speed; and so is the next, if that is late as well: a course of its own. A turn leads
@@ -13,9 +14,10 @@ from ...engine.dispatch import kernel, rare
 from ...engine.elementary import exp, log
 from . import bank, courses, learning, linear
 
-SOONEST = 6.0  # plots until something is told, at first and where courses begin anew
-TOLD_ABOVE, OVER_BELOW = 0.85, 0.3  # of the lead: an onset, and when another may come
-LOUDER = 5.0  # of a log variance by which it rises at one plot, where a precise start has ended: no manoeuvre does
+SOONEST, RESTS = 6.0, 10.0  # plots until something is told, at first; and in which courses rest before they begin anew
+TOLD_ABOVE, OVER_BELOW = 0.75, 0.3  # of the lead: an onset, and when another may come
+DOUBTED = 15.0  # plots that must have shown the noise until odds are half of what they seem
+LOUDER = 4.0  # of a log variance by which it rises at one plot, where a precise start has ended: no manoeuvre does
 LEADING = 1e-6  # weight of all members of which the noise is taken, at least
 
 
@@ -43,7 +45,7 @@ def doubt(row, C, before, w):
     """Let courses begin anew where a plot has shown that all was too sure: noise far above what it was ``before``."""
     if loudness(row, C, w) > before + C * LOUDER:
         row[bank.row_at(C).courses + courses.at_share(courses.AHEAD, C)] = 0.0
-        row[bank.LEAD] = -SOONEST  # and it counts up to 0
+        row[bank.LEAD] = -RESTS  # and it counts up to 0
 
 
 @rare
@@ -71,14 +73,16 @@ def watch(task, row, C, T, d, y, unit, g, w, exact, room):
         courses.begin(task, K, C, d, e, r)
         return
     courses.mix(task, K, C, mixed)
-    courses.go_on(task, mixed, C, d, T, r)
+    courses.go_on(task, K, mixed, C, d, T, r)
     if learning.is_ruled(C, exact):
         courses.leave_out(parts)
     else:
         courses.weigh(row, mixed, C, e, r, parts)
     courses.correct(K, mixed, C, e, r, parts)
     if row[bank.SEEN] > SOONEST:
+        moves = 0.0
         for j in range(courses.MOVES, bank.COURSES):
-            row[bank.LEAD] += K[courses.at_share(j, C)]
+            moves += K[courses.at_share(j, C)]
+        row[bank.LEAD] = moves / (moves + (1.0 - moves) * (1.0 + DOUBTED / row[bank.SEEN]))
     if C == 2:
         courses.turn(row, K, C)
