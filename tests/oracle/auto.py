@@ -151,7 +151,6 @@ def run_auto(y, psi, phi, told=None, levels=(0.0, 1e-1), expect="both", P0=1e4):
         step = learner.correct(inc, taken, row)
         learner.dtheta, learner.dP = (np.where(seen.reshape((-1,) + (1,) * (x.ndim - 1)), x, old)
                                       for x, old in zip((learner.dtheta, learner.dP), before))  # fmt: skip
-        speeds = learner.eta.copy()
         learner.climb(*step, seen & ~rest & (units.count > 2 * n))
 
         # the trials
@@ -164,9 +163,7 @@ def run_auto(y, psi, phi, told=None, levels=(0.0, 1e-1), expect="both", P0=1e4):
                 suspected = suspected or units.count[s] < 100
                 most[s].hear(eps[s] ** 2 * shown[s] / out.S[s, k], shown[s])
                 if (suspected or surprise >= 9) if trials[s] is None else surprise >= 9 and trials[s].yields(clean[s]):
-                    what_is_shown = shy(inc.at([s]), speeds[s]) if units.count[s] > 200 else None
-                    trials[s] = Trial(inc.at([s]), over[s], surprise, learnt, what_is_shown)
-                    struck_before[s] = struck[s]
+                    trials[s], struck_before[s] = Trial(inc.at([s]), over[s], surprise, learnt), struck[s]
             is_late, has_calmed = learnt and expect != "jumps" and units.count[s] >= 200 and not rest[s], False
             if is_late and units.count[s] == 200:
                 seconds[s] = None

@@ -9,8 +9,7 @@ from oracle.banks import Bank, predict, update
 class Trial:
     """Of one series: three filters as banks of one, and the sensitivity F of the first to its own start."""
 
-    def __init__(self, bank, inverse, surprise, learnt, shown=None):
-        """``shown``: theta, P and sigma^2 that a bank shows which has learnt its speeds."""
+    def __init__(self, bank, inverse, surprise, learnt):
         n, self.age, is_surprise = len(inverse), 0, surprise >= 9
         self.gap = 1 if is_surprise else 16
         self.leader, self.w = int(np.argmax(bank.w[0])), bank.w.copy()
@@ -24,9 +23,7 @@ class Trial:
             free.nu[:], free.chi2[:] = 4.0, 4 * self.before
         level.nu[:] = 1.0 if is_surprise else 2.0
         level.chi2[:] = level.nu * self.before * (3 if is_surprise else 1)
-        if shown is None:
-            shown = level.theta[0], level.P[0] * self.before, np.array([self.before])
-        level.theta, level.P = shown[0][None], shown[1][None] / level.s2[0, 0]  # relative to that
+        level.P = level.P / (3 if is_surprise else 1)  # relative to that
         self.found = np.array([0.0, np.clip(0.5 * np.log(256 / wide), -1, 0), 0.0])
         self.beside, self.alone, self.which = 0.0, 0.0, 0
         self.F, self.score, self.known = np.eye(n), np.zeros(n), np.zeros(n)

@@ -76,7 +76,7 @@ class AutoMemory(NamedTuple):
     >>> y, u = dw.simulate([-0.8], b, samples=600, noise_std=0.1, seed=1)
     >>> trace = dw.ARX(1, 1, memory=dw.AutoMemory()).scan(y, u)
     >>> [(event.sample, event.text) for event in trace.events() if event.kind == "JUMP"]
-    [(405, 'b1 jumped from 0.993 to 2.05, it began about 5 samples ago (odds 1362:1)')]
+    [(405, 'b1 jumped from 0.993 to 2.05, it began about 5 samples ago (odds 1364:1)')]
     """
 
     expect: str = "both"

@@ -191,7 +191,7 @@ def adapt_auto(memory, state, e, R, view):
         is_suspicious = suspect(parts.sums, view.psi, e, T, s2) or drift.head[SEEN] < YOUNG
         if is_to_begin(trial, parts.sets, surprise, limit, is_suspicious, head[CLEAN] >= ISOLATED):
             begin_trial(memory, trial, parts.sets, own.bank, drift.unit, M, surprise, limit, is_suspicious, view.b)
-            if drift.head[SEEN] > LEARNT:
+            if memory.stakes == 0.0 and drift.head[SEEN] > LEARNT:
                 know_as_the_bank(memory, parts)
             head[STRUCK_BEFORE] = head[STRUCK_SO_FAR]
             is_on = True

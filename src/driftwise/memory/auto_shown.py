@@ -78,13 +78,11 @@ def know_as_the_bank(memory, parts):
     """Let the copy of another level know of parameters what the bank shows, no more: it is told for all its filters.
 
     The likeliest filter knows not what the others know better: of a slow walk the one that never forgets is too sure.
+    Where the mean is weighed by what is at stake it stays: what rests is known to it alone.
     """
     own, level = parts.own, mode(parts.trial.copies, LEVEL, parts.drift.unit.size)
     unfold(own.bank, own.dense, level.theta.size)
-    if memory.stakes > 0.0:
-        _, s2 = merge_shy(memory, own, parts.learner, level.theta, level.U, level.D)
-    else:
-        _, s2 = merge(memory, own, level.theta, level.U, level.D)
+    _, s2 = merge(memory, own, level.theta, level.U, level.D)
     share = s2 / own_sigma2(memory, level.own)
     for i in range(level.D.size):
         level.D[i] *= share
