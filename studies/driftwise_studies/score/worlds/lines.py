@@ -181,11 +181,10 @@ def groups(system: System) -> list[str]:
 def page(rows) -> str:
     """Return the table; a row of ``rows`` is groups, size, whether the oracle tells, ours, and what others found."""
     names = ["all", "regressions", "no input", "ARX", "neither", "outliers", "gaps", "walks"]
-    spans = [(name, lambda row, name=name: name in row[0]) for name in names]
-    spans += [(f"{a:g} to {b:g}", lambda row, a=a, b=b: a <= row[1] < b) for a, b in pairwise(SIZES)]
+    parts = [(name, [row for row in rows if name in row[0]]) for name in names]
+    parts += [(f"{a:g} to {b:g}", [row for row in rows if a <= row[1] < b]) for a, b in pairwise(SIZES)]
     cells = []
-    for name, belongs in spans:
-        some = [row for row in rows if belongs(row)]
+    for name, some in parts:
         sure = [row for row in some if row[2]]
         if not sure:
             continue
