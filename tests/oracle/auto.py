@@ -185,10 +185,14 @@ def run_auto(y, psi, phi, told=None, levels=(0.0, 1e-1), expect="both", P0=1e4):
                 is_over, more = seconds[s] is None or seconds[s].is_over(n), rows[s].taken - len(rows[s].y)
                 if is_over:
                     seconds[s] = later(s, here)
+                begun = None
                 if expect != "jumps" and ((more == 0 and seconds[s].score <= 0) or (is_over and more > 0)):
-                    seconds[s] = rows[s].begin(later(s, here), over[s], learnt) or seconds[s]
-                seconds[s].see(row[s], yk[s], expect != "jumps", learnt, taken.evidence[s], phi)
-                if seconds[s].has_won(trials[s]):
+                    begun = rows[s].begin(later(s, here), over[s], learnt)
+                if begun is not None:  # with this row, too, which it has not predicted
+                    seconds[s] = begun
+                else:
+                    seconds[s].see(row[s], yk[s], expect != "jumps", learnt, taken.evidence[s], phi)
+                if begun is None and seconds[s].has_won(trials[s]):
                     for name in ("theta", "P", "nu", "chi2"):
                         getattr(new, name)[s] = getattr(seconds[s].filter, name)[0]
                     learner.forget(s)
