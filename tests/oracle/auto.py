@@ -192,11 +192,11 @@ def run_auto(y, psi, phi, told=None, levels=(0.0, 1e-1), expect="both", P0=1e4):
                     seconds[s] = begun
                 else:
                     seconds[s].see(row[s], yk[s], expect != "jumps", learnt, taken.evidence[s], phi)
-                if begun is None and seconds[s].has_won(trials[s]):
-                    for name in ("theta", "P", "nu", "chi2"):
-                        getattr(new, name)[s] = getattr(seconds[s].filter, name)[0]
-                    learner.forget(s)
-                    trials[s] = seconds[s] = None
+                    if seconds[s].has_won(trials[s]):
+                        for name in ("theta", "P", "nu", "chi2"):
+                            getattr(new, name)[s] = getattr(seconds[s].filter, name)[0]
+                        learner.forget(s)
+                        trials[s] = seconds[s] = None
             trial = trials[s]
             if trial is not None and not rest[s]:
                 own = trial.see(row[s], yk[s], pi[s], over[s], taken.evidence[s])

@@ -91,6 +91,11 @@ def cost(delays) -> np.ndarray:
     return np.log1p(np.asarray(delays, float))
 
 
+def with_cost(left, delays, rows: int) -> np.ndarray:
+    """Return the shares of squares that delays leave in so many rows, (D,), larger by what they cost."""
+    return left * np.exp(2 / rows * cost(delays))
+
+
 def best_delay(y, x, many: int, most: int) -> int | None:
     """Return the likeliest delay of one signal x (T,), that is known, of which ``many`` lags leave a part of y (T,).
 
@@ -101,7 +106,7 @@ def best_delay(y, x, many: int, most: int) -> int | None:
     if len(late) < LEAST * (many + 1) or not np.isfinite(late).all() or not np.ptp(late) > 0:
         return None
     y, x = y - late.mean(), x - x.mean()
-    return int(np.argmin(shares_left(y, x, many, most, RIDGE) * np.exp(2 / len(late) * cost(np.arange(most + 1)))))
+    return int(np.argmin(with_cost(shares_left(y, x, many, most, RIDGE), np.arange(most + 1), len(late))))
 
 
 class DelayScan:
@@ -172,7 +177,7 @@ class DelayScan:
         every[:, before : before + self.nb[i]] += tried[:, None] - nk[i]
         left = self._left(every)
         if self.is_costly:
-            left = left * np.exp(2 / self.rows * cost(tried))
+            left = with_cost(left, tried, self.rows)
         return int(tried[np.argmin(left)])
 
     def best(self, nk, least) -> tuple[int, ...]:

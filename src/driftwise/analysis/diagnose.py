@@ -58,8 +58,7 @@ def diagnose(
     found += [changes(trace, s, y, u, is_white=found[2].is_fine, are_reported=are_reported)]
     if y is not None:
         found += news(trace, y, u)
-    common = common_words(trace) if len(trace) == s.samples else ""
-    return Diagnosis([*found, *shares(s, common=common), *saturation(trace.y)])
+    return Diagnosis([*found, *shares(s, trace=trace), *saturation(trace.y)])
 
 
 def of_outputs(parts, names=None, is_white: bool = True) -> Diagnosis:
@@ -241,8 +240,8 @@ def news(trace, y, u) -> list[Verdict]:
 # --- what was lost -------------------------------------------------------------------------------------------
 
 
-def shares(s, label: str = "", common: str = "") -> list[Verdict]:
-    """Return the shares of missing and of rejected samples, where there are any; what outliers have in common."""
+def shares(s, label: str = "", trace=None) -> list[Verdict]:
+    """Return the shares of missing and of rejected samples, where there are any; by a trace where most of many are."""
     found, missing = [], s.missing_outputs  # those that cannot be read are among them
     if missing:
         share = missing / s.samples
@@ -253,14 +252,14 @@ def shares(s, label: str = "", common: str = "") -> list[Verdict]:
     if rejected:
         share = rejected / s.samples
         advice = f"{rejected} of {s.samples} outputs were taken for outliers"
-        more = f", {common}: there the model is wrong, rather than the sensor"
-        if not common:
-            more = "; so many are no accident: look at the sensor, widen the gate, or the model is wrong there"
-        found.append(
-            Verdict(
-                f"rejected{label}", share, (0.0, SET_ASIDE), share <= SET_ASIDE, advice + more * (share > SET_ASIDE)
+        if share > SET_ASIDE:
+            common = common_words(trace) if trace is not None and len(trace) == s.samples else ""
+            advice += (
+                f", {common}: there the model is wrong, rather than the sensor"
+                if common
+                else "; so many are no accident: look at the sensor, widen the gate, or the model is wrong there"
             )
-        )
+        found.append(Verdict(f"rejected{label}", share, (0.0, SET_ASIDE), share <= SET_ASIDE, advice))
     return found
 
 

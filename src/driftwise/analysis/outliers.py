@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from ..engine.status import Status
 
@@ -26,8 +27,7 @@ def common_words(trace) -> str:
 
 def recent(x) -> np.ndarray:
     """Return the largest of the last `NEAR` values at each sample, (T,); what is not known is none."""
-    x = np.nan_to_num(x)
-    return np.max([np.concatenate([np.zeros(j), x[: len(x) - j]]) for j in range(NEAR)], axis=0)
+    return sliding_window_view(np.append(np.zeros(NEAR - 1), np.nan_to_num(x)), NEAR).max(axis=1)
 
 
 def is_common(x, at) -> bool:

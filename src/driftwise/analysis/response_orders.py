@@ -139,7 +139,7 @@ def fitted(plain: Response, noises, n: int, m: int) -> Response:
     Each is begun at the poles that leave least, those of the last beside others; the likeliest is taken. Of scattered
     samples it is begun once more as if the noise was white: slow noise between them has parts of the answer.
     """
-    found = [begun(start, starts(noises[-1], n), n, m) for start in noises] if n != 1 else [first(plain)]
+    found = [first(plain)] if n == 1 else [begun(start, starts(noises[-1], n), n, m) for start in noises]
     if (start := equation(plain, n, m)) is not None:
         found.append(begun(start, [np.roots(np.append(1.0, start.f))], n, m))
     best = min(found, key=lambda one: one.criterion).settled(2)
