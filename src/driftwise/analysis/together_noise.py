@@ -60,6 +60,12 @@ class Shapes(NamedTuple):
         first, last, third = (by.take(places[which], axis=-1) for places in (self.first, self.last, self.third))
         return (first - last) * self.scale[which] - third
 
+    def squares(self, gram) -> np.ndarray:
+        """Return the square of each shape, from the products of the steps (steps, steps)."""
+        own, (a, b, c) = np.diagonal(gram), (self.first, self.last, self.third)
+        edge = own[a] + own[b] - 2.0 * gram[a, b]
+        return self.scale**2 * edge + own[c] - 2.0 * self.scale * (gram[a, c] - gram[b, c])
+
 
 class Noises(NamedTuple):
     """Noises that a column of n blocks may have: white z = L^-1 x beside a level that nobody knows.
@@ -129,8 +135,8 @@ def _noise(K, log_chance: float, beside, shapes: Shapes):
     white = white[:, 1:] - np.outer(own, own @ white[:, 1:])
     D, R = white[:, :-n], white[:, -n:]
     constant = log_chance - float(np.log(np.diag(L)).sum()) - math.log(level)
-    squares = np.maximum(np.sum(shapes.of_steps(D.astype(np.float32)) ** 2, axis=0), np.float32(TINY))
-    return constant, R.T @ R, (D.T @ R).astype(np.float32), squares
+    squares = np.maximum(shapes.squares(D.T @ D), TINY)
+    return constant, R.T @ R, (D.T @ R).astype(np.float32), squares.astype(np.float32)
 
 
 def covariances(n: int) -> Iterator[tuple[np.ndarray, float]]:
