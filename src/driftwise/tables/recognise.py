@@ -229,7 +229,8 @@ def recognise(
         final.append(replace(column, role=role, why=reason, helps=helps.get(name, 0.0), ten=ten))
     timed = time in stamps or known is not None
     rows_of = np.column_stack([clean[name] for name in (output, *inputs)])
-    sampling = judge_sampling(count.time(clock), rows_of) if clock is not None else Sampling("none", 1.0)
+    every = np.column_stack(list(signals.values())) if signals else None
+    sampling = judge_sampling(count.time(clock), rows_of, every) if clock is not None else Sampling("none", 1.0)
     said = frozenset(key for key, value in given.items() if value is not None)
     return worded(Table(tuple(final), output, tuple(inputs), time, sampling, count, timed, rows, said, rivals=rivals))
 

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .clock import DAY
+from .coarse_stamps import Coarse, coarse
 from .going_on import PAST, goes_on
 
 LONGEST_GAP = 1000  # samples; a longer silence is a restart
@@ -31,6 +32,7 @@ class Sampling(NamedTuple):
     gaps, longest : how many steps lost samples, restarts aside, and the longest of all steps
     duplicates, late, restarts : stamps that repeat the one before, come after later ones, and start again
     set_back : how many times the clock was set back while rows went on
+    shared : how rows come that share their stamps, None where none do
     low, high : 5 and 95 % quantile of the steps
     rest : stamp at which one of the weekends begins that a clock of working days leaves out, None for any other clock
     """
@@ -46,23 +48,33 @@ class Sampling(NamedTuple):
     high: float = 0.0
     rest: float | None = None
     set_back: int = 0
+    shared: Coarse | None = None
 
 
-def judge_sampling(time, values=None) -> Sampling:
+def judge_sampling(time, values=None, signals=None) -> Sampling:
     """Say how a time column (T,) of seconds steps; NaN where a stamp is missing.
 
-    ``values`` (T, k) of its rows tell whether these go on where it goes back; without them none do.
+    ``values`` (T, k) of its rows tell whether these go on where it goes back; without them none do. All ``signals``
+    (T, m) tell whether rows of one stamp are samples, and not the same twice.
 
     Examples
     --------
     >>> judge_sampling([0, 1, 2, 3, 7, 8, 9, 10.0])[:4]
     ('regular', 1.0, 1, 4.0)
     """
-    time = np.asarray(time, float)
-    steps = np.diff(time[np.isfinite(time)])
+    time = np.array(time, float)
+    is_stamped = np.isfinite(time)
+    stamps = time[is_stamped]
+    rows, of_signals = (None if x is None else np.asarray(x, float)[is_stamped] for x in (values, signals))
+    steps = np.diff(stamps)
     forward = steps[steps > 0]
     if not forward.size:
         return Sampling("none", 1.0)
+    shared = coarse(stamps, divisor(forward, float(forward.min()) / 2), of_signals)
+    if shared is not None:
+        time[is_stamped] = shared.spread(stamps)
+        forward = np.diff(time[is_stamped])
+        forward = forward[forward > 0]
     dt = float(f"{np.median(forward):.9g}")
     rest = resting(time, dt)
     forward = np.diff(worked(time[np.isfinite(time)], rest))
@@ -85,10 +97,7 @@ def judge_sampling(time, values=None) -> Sampling:
         least = span / (DENSEST * forward.size)
         common = divisor(forward, least)
         dt = common or max(dt, float(f"{least:.3g}"))
-    is_stamped = np.isfinite(time)
-    stamps = time[is_stamped]
-    rows = None if values is None or kind == "irregular" else np.asarray(values, float)[is_stamped]
-    again, on, _ = starts_again(stamps, dt, stamps[0], rows)
+    again, on, _ = starts_again(stamps, dt, stamps[0], None if kind == "irregular" else rows)
     restarts = int(np.count_nonzero(again) + np.count_nonzero(forward > (LONGEST_GAP + 1) * dt))
     parts = np.split(stamps, np.flatnonzero(again | on) + 1)
     return Sampling(
@@ -103,6 +112,7 @@ def judge_sampling(time, values=None) -> Sampling:
         float(high),
         rest,
         int(np.count_nonzero(on)),
+        shared,
     )
 
 
@@ -196,7 +206,7 @@ class Regular:
     moves. After more than `LONGEST_GAP` lost samples, or where the clock starts again, `RESTART_ROWS` rows of NaN
     stand for the break, and a clock that started again goes on from there. Where it was set back while rows went on,
     it goes on without a break. Rows whose stamp repeats one before, or comes late, are left out, and those before the
-    first stamp.
+    first stamp; where stamps are too coarse to tell rows apart, these come at their pace.
     Irregular stamps: the clock ticks every `dt`; a tick gets the last row before it, of which the columns `held`
     (inputs) stay while the others are NaN until a fresh row comes.
 
@@ -220,6 +230,7 @@ class Regular:
         self.inserted = self.dropped = self.restarts = 0
         self._rows = 0  # rows taken so far
         self._stamp: float | None = None  # the last stamp as it came, holes filled
+        self._came = -np.inf, -np.inf  # stamps that rows share: the last one, counted on, and when its row came
         self._start: float | None = None  # the stamp at which the clock last started
         self.breaks: list[
             tuple[float, float]
@@ -287,7 +298,18 @@ class Regular:
         shift = self._shift + np.cumsum(np.where(again | on, step - np.diff(joined), 0.0))
         self.breaks += [(float(joined[k + 1] + shift[k]), float(shift[k])) for k in np.flatnonzero(again | on)]
         self._stamp, self._shift = float(joined[-1]), float(shift[-1])
-        return joined[1:] + shift
+        return self._spread(joined[1:] + shift)
+
+    def _spread(self, stamps):
+        """Return when rows came, where they share their stamps."""
+        if self.sampling.shared is None:
+            return stamps
+        time = self.sampling.shared.spread(stamps, *self._came)
+        last = int(np.argmax(stamps))
+        last += int(np.flatnonzero(stamps[last:] == stamps[last])[-1])
+        if stamps[last] >= self._came[0]:
+            self._came = float(stamps[last]), float(time[last])
+        return time
 
     def _lost(self, steps):
         """Return how many rows to put in before each row, and count."""

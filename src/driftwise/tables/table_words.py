@@ -142,7 +142,13 @@ def _sampling_notes(table: Any) -> list[Claim]:
             "the rows of one to learn of that one alone. What changes from one to the next is not told.",
             table.recordings,
         )
-    if s.duplicates:
+    if s.shared is not None:
+        add(
+            f"Rows share stamps of {table.time!r}, which shows steps of {s.shared.tick:.6g}{unit}: they are taken as "
+            f"{s.shared.step:.4g}{unit} apart.",
+            s.shared.step,
+        )
+    elif s.duplicates:
         add(
             f"{count_of(s.duplicates, 'stamp')} of {table.time!r} repeat the one before; the first row counts.",
             s.duplicates,
