@@ -63,5 +63,21 @@ def test_readings_that_repeat_themselves_say_nothing_where_noise_stops_or_they_e
     held = turned.copy()
     held[460:560] = held[460]
     assert [one[:2] for one in still(held)] == [(460, 560)]
+    for start in (474, 477, 480):  # what it moved by before the leap is no part of that
+        held = turned.copy()
+        held[start : start + 100] = held[start]
+        assert [one[:2] for one in still(held)] == [(start, start + 100)]
     rests = np.concatenate([turned[:461], np.full(100, turned[460]), turned[461:]])
     assert still(rests) == [] and still(held[:550]) == [] and still(turned) == []
+
+
+@pytest.mark.parametrize("start", [474, 477, 480])
+def test_a_smooth_sensor_that_leaves_by_a_leap_is_told_to_be_stuck(start):
+    u, y = np.repeat(np.random.default_rng(3).normal(size=60), 25), np.sin(np.arange(1500) / 20)
+    assert not recognise({"valve": u, "level": y}, output="level")["level"].stuck
+    y[start : start + 100] = y[start]
+    assert [one[:2] for one in recognise({"valve": u, "level": y}, output="level")["level"].stuck] == [
+        (start, start + 100)
+    ]
+    u[start : start + 100] = u[start]
+    assert not recognise({"valve": u, "level": y}, output="level")["level"].stuck  # nothing moved meanwhile

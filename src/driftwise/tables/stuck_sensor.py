@@ -49,16 +49,18 @@ def _runs(values):
 def stuck(values, others) -> list[Segment]:
     """Return the segments in which a column (T,) is stuck, judged beside the other columns of the table.
 
-    It must read something new in many other rows, as a noisy sensor does and a switch or a set point does not, and
-    nowhere else repeat itself for nearly as long. All that it repeats must lie between its other values, each once, as
-    a plant at rest at the end of its range does not; and another column must move meanwhile.
+    It must read something new in many other rows, as a noisy sensor does and a switch or a set point does not, or end
+    by a step larger than any other, and nowhere else repeat itself for nearly as long. All that it repeats must lie
+    between its other values, each once, as a plant at rest at the end of its range does not; and another column must
+    move meanwhile.
 
     Bad at: sensors that move seldom, segments in which nothing else is known to move, and coarse noise that is followed
     by one reading to the end: the sensor may be stuck, or the noise below its resolution, and it is not said to be.
     """
     found, steps = _alike(values)
     is_noisy = _turns(steps[steps != 0]) >= TURNS  # of its moves: a sensor that is written in steps rests between them
-    return found if is_noisy and any(_moved(other, one) for one in found for other in others) else []
+    is_sensor = found and (is_noisy or _end_by_leaps(values, found, steps))
+    return found if is_sensor and any(_moved(other, one) for one in found for other in others) else []
 
 
 def still(values) -> list[Segment]:
@@ -68,14 +70,17 @@ def still(values) -> list[Segment]:
     by a step larger than any other: a plant at rest does not.
     """
     found, steps = _alike(values)
-    if not found or _turns(steps) >= NOISY:
-        return found
+    return found if found and (_turns(steps) >= NOISY or _end_by_leaps(values, found, steps)) else []
+
+
+def _end_by_leaps(values, found: list[Segment], steps) -> bool:
+    """Say whether a column leaves each segment by a step larger than any other."""
     edges, rows, read = _runs(values)
     at = np.searchsorted(rows[edges[1:] - 1], [one.stop - 1 for one in found]) + 1
     if at[-1] > len(edges) - 2:
-        return []
+        return False
     leaps = abs(read[edges[at]] - [one.value for one in found])
-    return found if leaps.min() > abs(steps).max() else []
+    return bool(leaps.min() > abs(steps).max())
 
 
 def _alike(values) -> tuple[list[Segment], np.ndarray]:
@@ -87,7 +92,9 @@ def _alike(values) -> tuple[list[Segment], np.ndarray]:
         rest[one.start : one.stop] = False
     if not found or np.count_nonzero(rest) < max(REST * readings, 2 * LEAST):
         return [], np.zeros(0)
-    steps, levels = np.diff(values[rest]), {one.value for one in found}
+    rows = np.flatnonzero(rest)
+    beside = np.diff(np.searchsorted([one.start for one in found], rows)) == 0  # what a sensor leaps by is no step
+    steps, levels = np.diff(values[rows])[beside], {one.value for one in found}
     is_rest = len(levels) < len(found) or min(levels) <= values[rest].min() or max(levels) >= values[rest].max()
     return ([], steps) if is_rest or np.mean(steps != 0) < MOVES else (found, steps)
 
