@@ -1,5 +1,7 @@
 """A plant that becomes faster or slower: its slopes, what is told of it, and that a gain stays a gain."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from driftwise_studies.score.claims.lags import changing, plain
@@ -12,7 +14,7 @@ from driftwise.analysis.change_effects import GAIN, SPEED, effects, scanner
 from driftwise.analysis.change_log import ChangeLog, moved
 from driftwise.analysis.change_places import beside_all, place, standing
 from driftwise.analysis.readings import other_reading
-from driftwise.analysis.response_orders import begin
+from driftwise.analysis.response_orders import begin, linear, plainest
 from driftwise.analysis.response_record import recorded
 from driftwise.analysis.segmentation import Jump as Told
 from driftwise.analysis.segmentation import hindsight
@@ -48,6 +50,24 @@ def test_a_gain_that_jumps_stays_one_and_both_are_both():
     for seed in range(3):
         assert {jump.kind for jump in told(*lagging(seed, factor=1.0, gain=1.5))} == {GAIN}
         assert {jump.kind for jump in told(*lagging(seed, factor=0.6, gain=1.5))} == {GAIN, SPEED}
+
+
+@pytest.mark.parametrize("number", [32, 43])
+def test_pairs_beside_a_pole_that_becomes_faster_are_found_beside_it(number):
+    y, u, at, factor, _ = changing(41, number, "lag")  # one pole has most of it, before the change is known
+    seen = hindsight(y, u)
+    jump = next(jump for jump in seen.jumps() if jump.kind == SPEED)
+    assert len(seen.response.a) > 1 and abs(jump.at - at) < 30
+    assert jump.after == pytest.approx(factor, rel=0.25)
+
+
+def test_all_but_the_poles_of_a_plant_that_became_faster_follows_by_least_squares():
+    y, u = lagging(2, factor=2.0, noise=0.0)
+    plain = plainest(recorded(y, u)[0]).with_speed(400, -np.log(2.0))
+    found = linear(replace(plain, sigma=np.full(900, 1e-3)), np.array([-np.sqrt(0.8)]), (1,), 2)
+    again = replace(found, cache={})
+    assert abs(again.unscaled).max() < 1e-9
+    np.testing.assert_allclose(found.left, again.left, atol=1e-6)
 
 
 def test_nothing_becomes_faster_where_nothing_changes_or_a_static_curve_bends():

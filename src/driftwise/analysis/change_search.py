@@ -35,7 +35,6 @@ def searched(now: Response) -> Response:
             break
         if (
             len(now.b)
-            and not now.speeds
             and (again := respond(stripped(now), is_again=True)) is not None
             and again.criterion < now.criterion
         ):
@@ -171,6 +170,8 @@ def alternatives(now: Response):
             if found is None or found.log_odds < least or any(abs(found.at - at) < LEAST for at in seen):
                 continue
             result = tried(look, kind, i, found.at)
+            if result is None and look is now and kind == SPEED:  # the colour has what a plant did that was faster
+                result = tried(bare, kind, i, found.at)
             if result is not None and result[0] > SURE:
                 seen.append(found.at)
                 yield result

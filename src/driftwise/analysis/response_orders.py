@@ -13,6 +13,7 @@ from .copies import Copies
 from .delays import DelayScan, best_delay, lagged
 from .response import Response
 from .response_record import HUBER, Record
+from .speeds import passed
 
 ORDERS = (0, 1, 2, 3)
 HIGHEST = 8  # order that a response is raised to at its end, while each is clearly likelier
@@ -52,7 +53,7 @@ def respond(plain: Response, is_again: bool = False) -> Response | None:
 def orders(plain: Response, is_again: bool = False) -> list[Response]:
     """Return a response of each order that there are outputs enough for, the lowest first."""
     found: list[Response] = []
-    for n in ORDERS:
+    for n in ORDERS[1 if plain.speeds else 0 :]:
         if not is_enough(plain, n):
             break
         noises = (found[-1],) if found and is_again else (plain, *found[-1:])
@@ -267,12 +268,20 @@ def linear(start: Response, a, nk, m: int) -> Response:
     more = np.concatenate([start.more[: at["start"].start], np.zeros(len(a)), start.more[at["start"].stop :]])
     found = replace(start, a=np.asarray(a), b=np.ones((k, m)), nk=tuple(nk), more=more, cache=start.of_noise())
     size, first = found.b.size, found.placed()["start"].start
-    X = found.regressors(driving(start, found), whitened_before(start))
+    X = in_stretches(found) if found.speeds else found.regressors(driving(start, found), whitened_before(start))
     value, left = robustly_fitted(X, HUBER)
     now = found.at(np.concatenate([found.a, value[:size], found.more[:first], value[size:]]))
     if not found.gains:  # what the level moved with one is in the mean, too
         now.cache["left"] = left
     return now
+
+
+def in_stretches(found: Response) -> np.ndarray:
+    """Return the slopes of B, the start and the level, (rows, m), of a plant that was faster or slower, and outputs."""
+    n, size, first = len(found.a), found.b.size, found.placed()["start"].start
+    X = found.steep(1)
+    X[:, -1] = found.whitened(np.where(found.used, found.record.y, 0.0))
+    return np.ascontiguousarray(np.delete(X, [*range(n), *range(n + size, n + size + first)], axis=1))
 
 
 def driving(start: Response, found: Response) -> Copies:
@@ -308,6 +317,9 @@ def delays(now: Response, a, nk, m: int) -> tuple[int, ...]:
     if most < 1:
         return tuple(nk)
     driven = linear_filter(white, np.append(1.0, a), x)
+    if now.speeds:
+        stretches = now.stretched(np.append(1.0, a), now.more[now.placed()["speeds"]])
+        driven = linear_filter(white, np.ones(1), passed(stretches, x.T).T)
     if len(nk) == 1 and (found := best_delay(y, driven[:, 0], m, most)) is not None:
         return (found,)
     scan = DelayScan(y, driven, 0, (m,) * x.shape[1], most, is_costly=True)
