@@ -88,7 +88,8 @@ def sniff(lines: list[str], further: Sequence[str] = ()) -> Dialect:
             [m.bare(cell) if m else cell for m, cell in zip(marks, row)] if len(row) == width else row for row in rows
         ]
         body = [row for row in rows[first + 1 :] if len(row) == width]
-    numeric = [j for j, mark in enumerate(marks) if mark or j in numeric]
+    known = set(numeric)
+    numeric = [j for j, mark in enumerate(marks) if mark or j in known]
 
     header, units, start = _header(rows, first, width, numeric)
     if header is not None and len(header) < width:
