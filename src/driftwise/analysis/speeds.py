@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -32,6 +33,12 @@ def slowed(a, v: float, is_alone: bool = False) -> np.ndarray:
     >>> slowed(np.poly([0.81, 0.5]), np.log(2.0), is_alone=True).round(3).tolist()
     [1.0, -1.4, 0.45]
     """
+    return _slowed(np.asarray(a, float).tobytes(), float(v), is_alone).copy()
+
+
+@lru_cache(4096)  # a search asks two times of three for what it had a moment ago
+def _slowed(told: bytes, v: float, is_alone: bool) -> np.ndarray:
+    a = np.frombuffer(told)
     poles = np.roots(a)
     radius = abs(poles)
     part = np.where(is_slowest(radius), np.exp(-v), 1.0) if is_alone else np.exp(-v)
@@ -78,7 +85,7 @@ def passed(stretches: Sequence[Piece], x, is_held: bool = True) -> np.ndarray:
         n, inside = len(a) - 1, np.array(rows[:, first:end])
         if is_held:
             inside *= hold
-        for m in range(min(n, end - first)):
+        for m in range(min(n, end - first) if first else 0):
             for j in range(m + 1, n + 1):
                 if first + m - j >= 0:
                     inside[:, m] -= a[j] * y[:, first + m - j]
