@@ -18,7 +18,7 @@ SCORES = {
 }  # fmt: skip
 _MOVES = frozenset("position pos speed rpm angle posicion posizione posicao vitesse drehzahl".split())
 _MOTION = frozenset(MOTION.split())
-_ACTS = frozenset({"setpoint", "command", "device", "drive", "disturbance", "source"})
+_ACTS = frozenset(kind for kind, score in SCORES.items() if score < 0) - {"voltage"}  # a tacho's is of a motion
 _TURNS = "rpm", "1/min", "tr/min"  # units of what turns about an axle
 _UNITS = frozenset(PLAIN_UNITS.split())
 _BRACKETS = re.compile(r"^(.*?)[\s_]*[\[({]\s*([^\])}]*?)\s*[\])}]\s*$")
