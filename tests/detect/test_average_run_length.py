@@ -227,15 +227,16 @@ def test_threshold_of_two_sides():
     """Each side at twice the wanted run length keeps the promise of both, 1000."""
     h = rl.threshold_for(2000, 0.5)
 
-    z = np.random.default_rng(4).standard_normal((4000, 20_000))
-    up, down = np.zeros(z.shape[1]), np.zeros(z.shape[1])
-    alive, total = np.ones(z.shape[1], bool), 0
-    for row in z:
-        total += np.count_nonzero(alive)
-        up, down = np.maximum(0, up + row - 0.5), np.maximum(0, down - row - 0.5)
-        alive &= (up < h) & (down < h)
-    lost = np.mean(alive)  # exponential: what runs on after the record
-    assert total / z.shape[1] / (1 - lost) == pytest.approx(1000, rel=0.03)
+    rng, total, runs = np.random.default_rng(4), 0, 20_000
+    up, down = np.zeros(runs), np.zeros(runs)
+    for _ in range(4000):
+        total += len(up)
+        z = rng.standard_normal(len(up))
+        up, down = np.maximum(0, up + z - 0.5), np.maximum(0, down - z - 0.5)
+        goes_on = (up < h) & (down < h)
+        up, down = up[goes_on], down[goes_on]
+    lost = len(up) / runs  # exponential: what runs on after the record
+    assert total / runs / (1 - lost) == pytest.approx(1000, rel=0.03)
 
 
 def test_threshold_of_a_distribution():
