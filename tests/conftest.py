@@ -1,5 +1,6 @@
 """What several test files use."""
 
+import gc
 import os
 import signal
 import sys
@@ -7,10 +8,15 @@ from pathlib import Path
 
 # Workers fill the cores: more threads inside a small matrix product only wait for each other.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+# Hundreds of processes that are started here, and the next run, read what the first compiled.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 import pytest
 
 from driftwise.cli import main as cli
+
+sys.dont_write_bytecode = False
+gc.disable()  # nothing of a test file is garbage: a third of what collecting them takes
 
 RECORDINGS = Path(__file__).parents[2] / "shared" / "data"  # beside the project, where nobody says another place
 if RECORDINGS.is_dir():
@@ -29,6 +35,13 @@ def pytest_runtest_setup(item):
 def pytest_collection_modifyitems(items):
     """Run the examples of the documentation late: what they compile, other tests have compiled by then."""
     items.sort(key=lambda item: "test_q" if item.path.name == "test_docs.py" else item.path.name)
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_finish():
+    """Look for garbage from here on, and not among what was collected."""
+    gc.freeze()
+    gc.enable()
 
 
 @pytest.fixture
