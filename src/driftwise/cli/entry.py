@@ -38,6 +38,7 @@ def main() -> None:
     from driftwise.engine.errors import Stopped
 
     gc.freeze()
+    gc.set_threshold(20_000)  # little of a run is garbage, either: looking for it took a fifteenth of the time
     gc.enable()
     asked = []
 
