@@ -69,5 +69,5 @@ def test_a_gain_that_changes_a_little_is_told_beside_lost_cells_and_the_noise_is
     seen = hindsight(y, given)
     (jump,) = seen.jumps()
     assert jump.kind == GAIN and jump.input == 0 and abs(jump.at - 400) < 30
-    noise = np.std(seen.response.left * seen.response.deviations) * seen.y_scale
+    noise = np.std(seen.response.left * seen.response.deviations) * seen.units.y_scale
     assert noise == pytest.approx(0.5, rel=0.1)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..results.numbers import odds_words
+from ..results.numbers import odds_words, percent
 from .answer_times import Slowed, slowed_by
 from .change_effects import SPEED
 from .growing_noise import STEADY
@@ -158,7 +158,8 @@ def moved(jump: Jump, inputs) -> str:
     if jump.kind == SPEED:
         return became("slower" if b > a else "faster", jump.is_alone, b / a)
     if jump.kind == LEVEL:
-        return f"the level {'rose' if b > a else 'fell'} by {abs(b - a):.3g}"
+        of_it = "" if jump.share is None else f" ({percent(abs(jump.share))})"
+        return f"the level {'rose' if b > a else 'fell'} by {abs(b - a):.3g}{of_it}"
     if jump.kind == GAIN and jump.input == ALL:
         return f"all gains {way(a, b)} to {b:.3g} of what they were"
     if jump.kind == GAIN and jump.is_factor:

@@ -166,7 +166,8 @@ def _gains(found) -> Iterator[Claim]:
     open_ = []
     for name, effect in zip(found.table.inputs, found.effects.of):
         if effect.is_known:
-            text = say.gain_sentence(effect.gain, effect.std, effect.interval, name, effect.bend, effect.is_open)
+            numbers = effect.gain, effect.std, effect.interval
+            text = say.gain_sentence(*numbers, name, effect.bend, effect.is_open, found.effects.about)
             yield Claim("gain", name, text, effect.gain, effect.interval)
         else:
             open_.append(name)

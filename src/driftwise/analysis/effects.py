@@ -72,6 +72,7 @@ class Effects(NamedTuple):
     error: float = math.inf
     is_hindsight: bool = False
     is_endless: bool = False  # whether an input may be integrated: it has no gain, then
+    about: float | None = None  # the output at which gains are these, where they grow in proportion to it
 
     def held(self, waits) -> Effects:
         """Return the same of inputs that are known at some rows only and held between them.
@@ -111,7 +112,7 @@ def of_model(model, inputs: int, count: int) -> Effects:
 def of_response(found: Hindsight) -> Effects:
     """Return the effects of a response that was fitted in hindsight, as they are at its end."""
     now, k = found.response, len(found.response.b)
-    error = float(np.sqrt(np.mean(now.spread**2))) * found.y_scale
+    error = float(np.sqrt(np.mean((now.spread * found.units.at(now.expected)) ** 2)))
     if not k:
         return Effects((), None, error, True)
     P = covariance(now)
@@ -127,7 +128,7 @@ def of_response(found: Hindsight) -> Effects:
         if endless[i]:
             gains.append(UNKNOWN)
             continue
-        scale = found.y_scale / found.u_scale[i]
+        scale = found.units.y_scale / found.units.u_scale[i]
         slope = gain_slope(now, i)
         std = float(math.sqrt(max(float(slope @ P @ slope), 0.0)) * scale)
         gain = float(gain_of(now, i) * scale)
@@ -142,7 +143,7 @@ def of_response(found: Hindsight) -> Effects:
             )
         )
     period = swing(poles(a))
-    return Effects(tuple(gains), period and borne_out(now, period), error, True, any(endless))
+    return Effects(tuple(gains), period and borne_out(now, period), error, True, any(endless), found.units.about)
 
 
 def borne_out(now: Response, found: Swing) -> Swing | None:

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .noise_jumps import NoiseJump, cut, noises
+from .relative import Units
 from .response import Response
 from .response_record import long_run
 from .seasonal_noise import REST, in_season, of_season
@@ -31,26 +32,43 @@ STEADY = Growth(0.0, 0.0)
 NONE = -math.inf, 0.0, np.ones(1)
 
 
-def growth(now: Response, middle: float, seasons: tuple[int, ...] = ()) -> tuple[Growth, list[NoiseJump]]:
+def growth(now: Response, units: Units, seasons: tuple[int, ...] = ()) -> tuple[Growth, list[NoiseJump]]:
     """Return how the noise that is left grows with the level, and the jumps of it that remain.
 
-    The level is what was expected of each sample; ``middle`` is what `now` counts y from. It does grow where that is
-    ten times as likely as all jumps that constant noise would need. Only what stays above zero has such a level.
+    The level is what was expected of each sample. It does grow where that is ten times as likely as all jumps that
+    constant noise would need. Only what stays above zero has such a level.
     Noise may come and go with one of ``seasons`` instead, in samples: then it does not grow, and jumps beside that.
+    That of a logarithm does grow, where it is ten times as likely as constant noise of y.
     """
-    jumps, r = noises(now), now.unscaled
+    steady, jumps = _of_logarithms(now, units) if units.is_relative else (STEADY, noises(now))
+    r = now.unscaled
     if not jumps:
-        return STEADY, jumps
-    near, level = cut(r, now.record.floor), now.record.y[now.rows] - r + middle
-    shapes = [*_of_level(now, level, middle), *((0.0, of_season(now, s)) for s in held(seasons, len(now.used)))]
+        return steady, jumps
+    middle = units.y_middle / units.y_scale
+    near, level = cut(r, now.record.floor), now.expected + middle
+    by_level = [] if units.is_relative else _of_level(now, level, middle)
+    shapes = [*by_level, *((0.0, of_season(now, s)) for s in held(seasons, len(now.used)))]
     gained, power, shape = max(((_gain(near, of), power, of) for power, of in shapes), key=itemgetter(0), default=NONE)
     if gained - math.log(max(len(shapes), 1)) < sum(jump.log_odds for jump in jumps) + LIKELIER:
-        return STEADY, jumps
+        return steady, jumps
     usual = float(np.median(shape[shape > 0]))
     if not power:
-        return STEADY, noises(now, in_season(r, shape / usual))
+        return steady, noises(now, in_season(r, shape / usual))
     share = 1.4826 * float(np.median(abs(near) / shape)) * usual / float(np.median(level))
     return Growth(power, share), noises(now, r / (shape / usual))
+
+
+def _of_logarithms(now: Response, units: Units) -> tuple[Growth, list[NoiseJump]]:
+    """Return how noise grows beside a response of the logarithm of y, and its jumps beside that."""
+    level = units.at(now.expected) / units.y_scale
+    r, (low, high) = now.unscaled * level, np.quantile(level, [0.05, 0.95])
+    near, jumps = cut(now.unscaled, now.record.floor) * level, noises(now, r)
+    gains = [(_gain(near, level**power), power) for power in POWERS] if high > RANGE * low else []
+    gained, power = max(gains, default=(-math.inf, 0.0))
+    if gained < sum(jump.log_odds for jump in jumps) + LIKELIER:
+        return STEADY, jumps
+    share = 1.4826 * float(np.median(abs(near) / level**power)) * float(np.median(level)) ** (power - 1)
+    return Growth(power, share * units.y_scale / units.y_middle), noises(now, r / level**power)
 
 
 def _of_level(now: Response, level, middle: float) -> list[tuple[float, np.ndarray]]:

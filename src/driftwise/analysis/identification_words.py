@@ -83,10 +83,17 @@ def swing_words(period: str, between: str, time: str) -> str:
     return f"Oscillation of period {period} (95 % interval {between}) that {end}."
 
 
-def gain_sentence(gain: float, std: float, interval, name: str, bend=None, is_open: bool = False) -> str:
-    """Return the steady-state gain from an input; where it bends, that it does and by how much."""
+def gain_sentence(gain: float, std: float, interval, name: str, bend=None, is_open=False, about=None) -> str:
+    """Return the steady-state gain from an input; where it bends, that it does and by how much.
+
+    ``about``: the output at which it is that, where it grows in proportion to the output.
+
+    >>> gain_sentence(-320.0, 20.0, (-359.0, -281.0), "price", about=1640.0)
+    'Gain -320 ± 20 where the output is about 1.64e+03, in proportion elsewhere, from price.'
+    """
     low, high = interval
     said = f"{gain:.3g} ± {std:.2g}" if math.isfinite(std) else f"{low:.3g} to {high:.3g} (95 %)"
+    said += "" if about is None else f" where the output is about {about:.3g}, in proportion elsewhere,"
     if bend is None:
         return f"Gain {said} from {name}{'; whether it is nonlinear cannot be told' * is_open}."
     least, most = sorted(bend, key=abs)

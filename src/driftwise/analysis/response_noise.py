@@ -124,6 +124,11 @@ class Whitened(Mean):
         return self.left * self.sigma[self.rows]
 
     @property
+    def expected(self) -> np.ndarray:
+        """What was expected of y there, given the past."""
+        return self.record.y[self.rows] - self.unscaled
+
+    @property
     def weight(self) -> np.ndarray:
         """Huber's, as roots."""
         if "weight" not in self.cache:

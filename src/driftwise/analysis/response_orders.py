@@ -129,9 +129,11 @@ def without_outliers(plain: Response) -> Response | None:
 
 
 def cleaned(found: Response) -> Response:
-    """Return the same without outliers, fitted again, where that is likelier."""
-    less = found.without_outliers()
-    return found if less is found else min(found, less.coloured().settled(2), key=lambda one: one.criterion)
+    """Return the same without outliers, fitted again, where that is likelier; what once stood out may do so no more."""
+    less = replace(found, used=np.isfinite(found.record.y), cache=found.of_mean()).without_outliers()
+    if np.array_equal(less.used, found.used):
+        return found
+    return min(found, less.coloured().settled(2), key=lambda one: one.criterion)
 
 
 def fitted(plain: Response, noises, n: int, m: int) -> Response:

@@ -13,13 +13,13 @@ from .change_places import Place, standing
 from .change_search import searched
 from .driven_noise import are_missed, beside_moves, by_moves, speed_by_moves
 from .growing_noise import Growth, growth
-from .lost_inputs import completed
 from .noise_jumps import LEAST, SURE, NoiseJump
 from .pairs import changes, together
 from .readings import all_gains, endless, other_reading
+from .relative import Units, misfit, read, read_relative
 from .response import Response
 from .response_orders import grown
-from .response_record import long_run, recorded
+from .response_record import long_run
 from .seasons import held
 from .walks import best_walk, walked, walks
 
@@ -49,6 +49,7 @@ class Jump(NamedTuple):
     is_factor: bool = False
     rival: Jump | None = None  # the other reading, where a gain and a speed cannot be told apart
     is_alone: bool = False  # of a speed: whether it is that of the slowest mode
+    share: float | None = None  # of a level whose logarithm jumped: its size as a share of it
 
     def as_factor(self) -> Jump:
         """Return a gain's jump as a factor."""
@@ -65,13 +66,10 @@ class Visible(NamedTuple):
 
 
 class Hindsight(NamedTuple):
-    """The response of a record with all its changes, and the units: those of y and u, the middle of each."""
+    """The response of a record with all its changes, and its units."""
 
     response: Response
-    y_scale: float
-    y_middle: float
-    u_scale: np.ndarray
-    u_middle: np.ndarray
+    units: Units
     seasons: tuple[int, ...] = ()  # with which its noise may come and go, in samples
 
     def growth(self) -> Growth:
@@ -83,20 +81,21 @@ class Hindsight(NamedTuple):
         """How the noise grows, and its jumps beside that: worked out once."""
         cache = self.response.cache
         if "growth" not in cache:
-            cache["growth"] = growth(self.response, self.y_middle / self.y_scale, self.seasons)
+            cache["growth"] = growth(self.response, self.units, self.seasons)
         return cache["growth"]
 
     def jumps(self) -> list[Jump]:
         """Return what jumped, in order of time."""
-        now, found = self.response, []
+        now, units, found = self.response, self.units, []
         places = {one: where for one in changes(now) if (where := standing(now, *one.of(now)))}
         for (kind, i, since), where in together(now, places).items():
             if kind == LEVEL:
                 j = now.levels.index(since)
                 where = beside_moves(now, j, where)
-                size = float(now.more[now.placed()["levels"].start + j]) * self.y_scale
+                step = float(now.more[now.placed()["levels"].start + j])
                 if where.log_odds > SURE and where.slow > TOLD[LEVEL] and is_sudden(now, "levels", j, where):
-                    found.append(Jump(where.middle, where.interval, where.log_odds, LEVEL, 0, 0.0, size))
+                    told = Jump(where.middle, where.interval, where.log_odds, LEVEL, 0, 0.0, units.size(step))
+                    found.append(told._replace(share=units.share(step)))
                 continue
             j = now.gains.index((i, since))
             where = by_moves(now, j, where)
@@ -109,7 +108,7 @@ class Hindsight(NamedTuple):
             if where and where.log_odds > TOLD[SPEED] and is_sudden(now, "speeds", j, where):
                 found.append(speed_jump(now, j, where)._replace(rival=self.rival(SPEED, j, where)))
         for jump in self._noise[1]:
-            sizes = jump.before * self.y_scale, jump.after * self.y_scale
+            sizes = jump.before * units.y_scale, jump.after * units.y_scale
             found.append(Jump(jump.at, jump.interval, jump.log_odds, NOISE, 0, *sizes))
         seen = np.flatnonzero(np.isfinite(now.record.y))
         return sorted(jump if jump.kind in (GAIN, SPEED) else unseen(jump, seen) for jump in found)
@@ -118,7 +117,7 @@ class Hindsight(NamedTuple):
         """Return the jump of a gain of a response, the j-th."""
         (i, since), last = now.gains[j], len(now.used) - 1
         factor = now.factor(i)
-        gain = now.b[i].sum() / now.denominator.sum() * self.y_scale / self.u_scale[i]
+        gain = now.b[i].sum() / now.denominator.sum() * self.units.y_scale / self.units.u_scale[i]
         before, after = (float(gain * factor[k]) for k in (max(since - 1, 0), min(since, last)))
         told = Jump(where.middle, where.interval, where.log_odds, GAIN, i, before, after)
         return told.as_factor() if is_endless else told
@@ -157,7 +156,7 @@ class Hindsight(NamedTuple):
         gain = 0.5 * n * (np.log(1 - share + share * factors**2) - share * np.log(factors**2))
         enough = np.flatnonzero(gain / max(long_run(z) / 2, 1.0) > need + SURE)
         noise = beside_rounding(now, float(factors[enough[0]])) if len(enough) else math.inf
-        return Visible(sizes[0] * self.y_scale, tuple(sizes[1:]), noise)
+        return Visible(sizes[0] * self.units.y_scale, tuple(sizes[1:]), noise)
 
 
 def speed_jump(now: Response, j: int, where: Place) -> Jump:
@@ -210,7 +209,8 @@ def after_the_one_before(seen, at: int) -> int:
 def hindsight(y, *readings, seasons: tuple[int, ...] = ()) -> Hindsight | None:
     """Return what was found in a record, y (T,) and u (T, k); None where too few outputs were measured.
 
-    Of several readings of what the inputs did, the one is taken under which y is likeliest before anything changes.
+    Of several readings of what the inputs did, the one is taken under which y is likeliest before anything changes; so
+    is the logarithm of y (`relative`).
     The level may have each of ``seasons``, in samples; noise that comes and goes with one is none that jumps.
 
     One response of all inputs beside coloured noise is fitted (`response`). A change is added where it explains most:
@@ -225,8 +225,13 @@ def hindsight(y, *readings, seasons: tuple[int, ...] = ()) -> Hindsight | None:
     if np.isfinite(y).sum() <= 2 * LEAST:
         return None
     holds = held(seasons, int(np.isfinite(y).sum()))
-    begun = [(beginnings(read[0], holds), read[1:]) for read in (recorded(y, completed(y, u)) for u in readings)]
-    least = [min((one.dated_criterion for one in found), default=math.inf) for found, _ in begun]
-    found, units = begun[int(np.argmin(least))]
+    records = [read(y, u) for u in readings]
+    begun = [(beginnings(record, holds), units) for record, units in records]
+    least = [misfit(*one) for one in begun]
+    best = int(np.argmin(least))
+    found, units = begun[best]
+    if found and (other := read_relative(*records[best])):
+        logs = beginnings(other[0], holds), other[1]
+        found, units = logs if misfit(*logs) < least[best] else begun[best]
     searches = [searched(one) for one in found]
-    return Hindsight(grown(min(searches, key=lambda one: one.dated_criterion)), *units, seasons) if searches else None
+    return Hindsight(grown(min(searches, key=lambda one: one.dated_criterion)), units, seasons) if searches else None
