@@ -10,11 +10,13 @@ from .change_search import lines, wave
 from .noise_jumps import LEAST, SURE
 from .onsets import abrupt
 from .response import Response
+from .response_mean import dies_out
 from .response_orders import begun_at, cleaned, likeliest, orders, plainest, respond, without_outliers
 from .response_record import Record
 from .seasonal_level import beside_seasons
 
 STARTS = 2  # changes beside which a response is begun
+SLOW = 8.0  # time constants in a record, at most, of a mode that may be but a step beside an input that walks
 
 
 def beginnings(record: Record, seasons: tuple[int, ...] = ()) -> list[Response]:
@@ -38,7 +40,22 @@ def beginnings(record: Record, seasons: tuple[int, ...] = ()) -> list[Response]:
             plain, found, bare = one, more, best
     begun = [respond(one) for one in (*beside_changes(plain, found), *beside_lines(plain, found))]
     likelier = [one for one in begun if one is not None and one.dated_criterion < bare.criterion]
-    return [bare, *sorted(likelier, key=lambda one: one.dated_criterion)[:1]]
+    return [bare, *sorted(likelier, key=lambda one: one.dated_criterion)[:1], *quicker(bare, found)]
+
+
+def quicker(bare: Response, found: list[Response]) -> list[Response]:
+    """Return the likeliest of some orders without a slow mode, where the response has one: to be searched as well.
+
+    Of an input that walks or grows, what an answer as long as the record makes is slow, and falls where it may: steps
+    were taken for it, and beside it none of them stands out alone.
+    """
+    quick = [one for one in found if not is_slow(one)] if is_slow(bare) else []
+    return [cleaned(likeliest(quick))] if quick else []
+
+
+def is_slow(now: Response) -> bool:
+    """Say whether a mode of a response takes more than a part of the record to die out."""
+    return len(now.a) > 0 and not dies_out(now.a.tolist(), math.exp(-SLOW / len(now.used)))
 
 
 def beside_changes(plain: Response, found: list[Response]) -> list[Response]:
