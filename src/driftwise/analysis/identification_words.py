@@ -89,15 +89,15 @@ def gain_sentence(gain: float, std: float, interval, name: str, bend=None, is_op
     ``about``: the output at which it is that, where it grows in proportion to the output.
 
     >>> gain_sentence(-320.0, 20.0, (-359.0, -281.0), "price", about=1640.0)
-    'Gain -320 ± 20 where the output is about 1.64e+03, in proportion elsewhere, from price.'
+    'Gain -320 ± 20 from price where the output is about 1.64e+03, and in proportion elsewhere.'
     """
     low, high = interval
     said = f"{gain:.3g} ± {std:.2g}" if math.isfinite(std) else f"{low:.3g} to {high:.3g} (95 %)"
-    said += "" if about is None else f" where the output is about {about:.3g}, in proportion elsewhere,"
+    of = name if about is None else f"{name} where the output is about {about:.3g}, and in proportion elsewhere"
     if bend is None:
-        return f"Gain {said} from {name}{'; whether it is nonlinear cannot be told' * is_open}."
+        return f"Gain {said} from {of}{'; whether it is nonlinear cannot be told' * is_open}."
     least, most = sorted(bend, key=abs)
-    return f"Gain {said} from {name} on average: it is nonlinear, {least:.3g} to {most:.3g} over what {name} did."
+    return f"Gain {said} from {of} on average: it is nonlinear, {least:.3g} to {most:.3g} over what {name} did."
 
 
 def no_gain_words(names: list[str], is_endless: bool = False) -> str:
