@@ -51,8 +51,8 @@ class Units(NamedTuple):
 
 def read(y, u) -> tuple[Record, Units]:
     """Return a record of an output in its units, y (T,) and u (T, k)."""
-    record, *units = recorded(y, completed(y, u))
-    return record, Units(*units)
+    record, y_scale, y_middle, u_scale, u_middle = recorded(y, completed(y, u))
+    return record, Units(y_scale, y_middle, u_scale, u_middle)
 
 
 def read_relative(record: Record, units: Units) -> tuple[Record, Units] | None:
