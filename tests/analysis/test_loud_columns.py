@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
+from scipy.signal import lfilter
 
 import driftwise as dw
 from driftwise.analysis.together import together
 from driftwise.analysis.together_evidence import loudness, unstuck
+from driftwise.analysis.together_loudness import errors, of_halves
+from driftwise.analysis.together_noise import noises
 
 
 def test_noise_that_grows_in_two_columns_is_told_by_its_factor():
@@ -59,3 +63,41 @@ def test_a_column_that_is_computed_from_others_is_no_trouble():
     a, b = np.random.default_rng(6).standard_normal((2, 400))
     line, turns = np.arange(400) / 400, np.tile([1.0, -1.0], 200)
     assert not together({"a": a, "b": b, "sum": a + b, "tenfold": 10 * a, "line": line, "turns": turns})
+
+
+@pytest.mark.parametrize("seed", [0, 1, 4])
+def test_noise_that_grows_to_twice_in_one_column_is_told(seed):
+    rng = np.random.default_rng(seed)
+    x = rng.standard_normal((4, 1000))
+    x[1, 400:700] *= 1.9
+    (found,) = together(dict(zip("abcd", x)))
+    assert found.names == ("b",)
+    assert abs(found.since - 400) <= 40
+    assert 1.5 < found.noises["b"] < 2.3
+
+
+def test_how_loud_a_column_is_is_told_by_its_errors_not_by_what_is_slow_in_it():
+    rng = np.random.default_rng(7)
+    noise = rng.standard_normal(5000)
+    slow = lfilter([1.0], [1.0, -1.6, 0.64], noise)
+    assert np.allclose(errors(slow)[5:], noise[6:], atol=0.1)
+    drift = np.cumsum(rng.standard_normal(5000)) / 10  # ten times as loud as the noise, in the end
+    assert abs(np.std(errors(noise + drift)) - 1) < 0.2
+
+
+def test_halves_of_blocks_differ_as_blocks_do_where_noise_is_white_and_less_where_it_is_slow():
+    found, (constant, *_) = of_halves(64), noises(64)
+    assert found.shape == constant.shape
+    assert np.isclose(found[0], 64 / 63)
+    assert (found[1 : len(found) // 3] < found[0]).all()
+
+
+def test_chance_in_how_loud_white_noise_is_is_known_from_halves():
+    rng = np.random.default_rng(8)
+    heard = [loudness(rng.standard_normal(1280), 64) for _ in range(20)]
+    ratio = np.mean([one.halves**2 for one in heard]) / np.mean([one.blocks.var() for one in heard])
+    assert 0.9 < ratio < 1.3
+
+
+def test_halves_that_are_short_are_not_heard():
+    assert not len(loudness(np.random.default_rng(9).standard_normal(300), 64).halves)

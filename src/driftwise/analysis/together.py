@@ -32,6 +32,7 @@ from .together_evidence import (
     shared,
     unstuck,
 )
+from .together_loudness import Loudness
 from .together_noise import Shapes, shapes_of
 
 BLOCKS, LEAST = 64, 2  # in which a record is looked at; rows that each has at least
@@ -150,7 +151,7 @@ def together(columns: dict[str, np.ndarray]) -> list[Together]:
         for name, part in parts.items():
             x[name] = x[name] - part.share * part.size * shape
             before = loud[name]
-            loud[name] = None if before is None else before - part.noise_share * part.louder * shape
+            loud[name] = None if before is None else before.less(part.noise_share * part.louder * shape)
             if took[name] == OFTEN:
                 del x[name]
     rare = [one for one in found if all(took[name] < OFTEN for name in one.names)]
@@ -165,7 +166,7 @@ def is_usable(x) -> bool:
     return bool(np.mean(np.diff(there) == 0) < RESTS)
 
 
-def looks(x: dict[str, np.ndarray], loud: dict[str, np.ndarray | None]) -> dict[str, Look]:
+def looks(x: dict[str, np.ndarray], loud: dict[str, Loudness | None]) -> dict[str, Look]:
     """Return what is seen of each column, in blocks."""
     names, found = list(x), {}
     X = np.column_stack([scaled(x[name])[0] for name in names])
@@ -173,7 +174,8 @@ def looks(x: dict[str, np.ndarray], loud: dict[str, np.ndarray | None]) -> dict[
         former = beside(x[name], X[:, :j])
         others = former if j == len(names) - 1 else beside(x[name], np.delete(X, j, axis=1))
         now = loud[name]
-        found[name] = Look(evidence(x[name]), former, others, None if now is None else evidence(now, steady=STEADY))
+        noise = None if now is None else evidence(now.blocks, steady=STEADY, halves=now.halves)
+        found[name] = Look(evidence(x[name]), former, others, noise)
     return found
 
 

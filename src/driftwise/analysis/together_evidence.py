@@ -15,26 +15,26 @@ from typing import NamedTuple
 import numpy as np
 from scipy.ndimage import median_filter
 
+from .together_loudness import Loudness, of_halves
+from .together_loudness import loudness as loudness_of
 from .together_noise import EACH_SLOW, NOTHING_SLOW, TINY, noises, shapes_of
 
 SIZES = 0.3, 6.0, 120.0  # variances of what a change does to a column, in those of the column about its mean
-STEADY = 0.75  # how likely the noise of a sensor is as loud throughout, or changes by chance alone
+STEADY = 0.95  # how likely the noise of a sensor is as loud throughout, or changes by chance alone
 FOLLOWS = 30.0  # variance of what a column follows another by, both scaled, in that of the noise
 EXACT = 1e-6  # of its squares, that others are never said to know of a column
 KEEP = 6.0  # nats below the best noise, from which on one is left out
 COARSE = 29  # of so many shapes one is looked at to know which noises may be left out
 FEW, FAR = 15, 4.0  # rows of the median that single values are held against; deviations that one may be from it
-RESTING = 0.6  # of the rows, that a sensor may repeat itself for its noise to be heard in its digits
 MOVING, STILL = 0.3, 12  # share of equal rows of a sensor that moves; so many of them in a row, and it is stuck
-HEARD = 3  # differences in a block, from which on they tell how loud it is
-FAINT = 0.02  # of the mean square of all differences, that is added to that of each block
 
 
 @dataclass(frozen=True)
 class Evidence:
     """What a column (n,) says, beside others (n, q): log likelihoods without a change, and of each shape of one.
 
-    ``own`` are the places of the noises that may be its own; ``size`` is what the column was divided by.
+    ``own`` are the places of the noises that may be its own; ``size`` is what the column was divided by; ``halves`` is
+    half of what those of each block differ by.
     """
 
     none: float
@@ -43,6 +43,12 @@ class Evidence:
     x: np.ndarray
     beside: np.ndarray | None
     size: float
+    halves: np.ndarray | None = None
+
+    @property
+    def freedom(self) -> int:
+        """How many numbers say how loud its noise is."""
+        return len(self.x) - 1 + _count(self.halves)
 
     @property
     def odds(self) -> np.ndarray:
@@ -63,12 +69,15 @@ class Seen(NamedTuple):
     others: np.ndarray | None
 
 
-def seen(x, beside, which) -> Seen:
-    """Return a column (n,) beside others (n, q) under some noises."""
+def seen(x, beside, which, halves=None) -> Seen:
+    """Return a column (n,) beside others (n, q), or with its ``halves`` and no other, under some noises."""
     grid = noises(len(x))
     left, steps, constant = grid.left[which], grid.steps[which], grid.constant[which]
     white = left @ x
     along = steps @ x.astype(np.float32)
+    if beside is None and halves is not None:
+        loud = of_halves(len(x))[which]
+        return Seen(constant - 0.5 * len(halves) * np.log(loud), white @ x + halves @ halves / loud, along, None)
     if beside is None:
         return Seen(constant, white @ x, along, None)
     gram = np.einsum("ib,mij,jc->mbc", beside, left, beside, optimize=True) + np.eye(beside.shape[1]) / FOLLOWS
@@ -88,25 +97,28 @@ def scaled(x) -> tuple[np.ndarray, float]:
     return (x - x.mean()) / size, size
 
 
-def evidence(x, beside=None, steady: float = NOTHING_SLOW) -> Evidence:
+def evidence(x, beside=None, steady: float = NOTHING_SLOW, halves=None) -> Evidence:
     """Return what a column in blocks (n,) says of each shape: over noises, sizes, and variances as likely in logarithm.
 
     log p(x) = constant - log(1 + v s's) / 2 - (n - 1) / 2 log(x'x - (s'x)^2 / (s's + 1 / v)), all white, s the shape,
-    and without what others (n, q), scaled, say of x and of s; ``steady`` is how likely beforehand nothing is slow.
+    and without what others (n, q), scaled, say of x and of s; ``steady`` is how likely beforehand nothing is slow. What
+    ``halves`` of blocks differ by, (m,), no change does: x'x grows by their squares, white, and n by m.
     """
     n = len(x)
     shapes, grid = shapes_of(n), noises(n)
     x, size = scaled(x)
-    by = seen(x, beside, slice(None))
+    halves = None if halves is None else halves / size
+    freedom = n - 1 + _count(halves)
+    by = seen(x, beside, slice(None), halves)
     slow = math.log((1 - steady) / EACH_SLOW)
     by = by._replace(constant=by.constant + np.where(grid.is_slow, slow, math.log(steady / NOTHING_SLOW)))
-    none = by.constant - 0.5 * (n - 1) * np.log(by.whole)
+    none = by.constant - 0.5 * freedom * np.log(by.whole)
     few = np.arange(0, len(shapes.begin), COARSE)
 
     free = _free(grid.free[:, few], None if by.others is None else shapes.of_steps(by.others, few))
     along = shapes.of_steps(by.along, few)
     some = np.array(
-        [likelihoods(by.constant[:, None], by.whole[:, None], free, along, v, n).max(axis=1) for v in SIZES]
+        [likelihoods(by.constant[:, None], by.whole[:, None], free, along, v, freedom).max(axis=1) for v in SIZES]
     )
     may = (none > none.max() - KEEP) | (some > some.max() - KEEP)  # (sizes, noises)
     own, may = np.flatnonzero(may.any(axis=0)), may[:, may.any(axis=0)]
@@ -115,15 +127,20 @@ def evidence(x, beside=None, steady: float = NOTHING_SLOW) -> Evidence:
         along = shapes.of_steps(by.along[i])
         free = _free(grid.free[i], None if by.others is None else shapes.of_steps(by.others[i]))
         for v in np.array(SIZES)[sizes]:
-            ratio += np.exp(likelihoods(float(by.constant[i] - top), float(by.whole[i]), free, along, float(v), n))
+            constant, whole = float(by.constant[i] - top), float(by.whole[i])
+            ratio += np.exp(likelihoods(constant, whole, free, along, float(v), freedom))
     found = np.log(ratio / len(SIZES) + 1e-300) + top
-    return Evidence(float(np.logaddexp.reduce(none)), found, own, x, beside, size)
+    return Evidence(float(np.logaddexp.reduce(none)), found, own, x, beside, size, halves)
 
 
 def shared(X, q: int) -> np.ndarray:
     """Return what columns (n, p) share, the most of it first: q principal components, each of deviation one."""
     U = np.linalg.svd(X, full_matrices=False)[0][:, :q]
     return U * math.sqrt(len(X))
+
+
+def _count(halves) -> int:
+    return 0 if halves is None else len(halves)
 
 
 def _free(free, others):
@@ -133,24 +150,24 @@ def _free(free, others):
     return np.maximum(free - np.einsum("...qk,...qk->...k", others, others), np.float32(TINY))
 
 
-def likelihoods(constant, whole, free, along, v: float, n: int):
-    """Return log likelihoods of shapes of a size of variance v."""
+def likelihoods(constant, whole, free, along, v: float, freedom: int):
+    """Return log likelihoods of shapes of a size of variance v, where so many numbers say how loud the noise is."""
     left = np.maximum(whole - along * along / (free + np.float32(1 / v)), EXACT * whole)
-    return constant - 0.5 * (n - 1) * np.log(left) - 0.5 * np.log1p(np.float32(v) * free)
+    return constant - 0.5 * freedom * np.log(left) - 0.5 * np.log1p(np.float32(v) * free)
 
 
 def moved(one: Evidence, k: int) -> tuple[float, float]:
     """Return mean and variance of the size of shape k, as scaled, over the noises of a column."""
     n, v = len(one.x), SIZES[-1]
     shapes, grid = shapes_of(n), noises(n)
-    by = seen(one.x, one.beside, one.own)
+    by = seen(one.x, one.beside, one.own, one.halves)
     free = _free(grid.free[one.own][:, [k]], None if by.others is None else shapes.of_steps(by.others, [k]))[:, 0]
     along = shapes.of_steps(by.along, [k])[:, 0].astype(float)
-    weight = likelihoods(by.constant, by.whole, free.astype(float), along, v, n)
+    weight = likelihoods(by.constant, by.whole, free.astype(float), along, v, one.freedom)
     weight = np.exp(weight - weight.max())
     weight /= weight.sum()
     mean = along / (free + 1 / v)
-    variance = (by.whole - along * mean) / (n - 2) / (free + 1 / v)
+    variance = (by.whole - along * mean) / (one.freedom - 1) / (free + 1 / v)
     middle = float(weight @ mean)
     return middle, float(weight @ (variance + (mean - middle) ** 2))
 
@@ -185,27 +202,14 @@ def blocks(x, n: int) -> np.ndarray:
     return np.interp(np.arange(n), known, sums[known] / counts[known])
 
 
-def loudness(x, n: int) -> np.ndarray | None:
-    """Return how loud a column is in n blocks: logarithms of mean squares of differences; None where it is not heard.
+def loudness(x, n: int) -> Loudness | None:
+    """Return how loud a column is in n blocks: logarithms of mean squares of errors; None where it is not heard.
 
     >>> x = np.random.default_rng(0).normal(size=640) * np.repeat([1.0, 3.0], 320)
-    >>> np.exp(np.diff(loudness(x, 64).reshape(2, 32).mean(axis=1)) / 2).round(1)
+    >>> np.exp(np.diff(loudness(x, 64).blocks.reshape(2, 32).mean(axis=1)) / 2).round(1)
     array([2.7])
     """
-    steps = np.diff(calm(filled(x)))
-    heard = np.isfinite(x[1:]) & np.isfinite(x[:-1])
-    if np.mean(steps[heard] == 0) > RESTING:
-        return None
-    edges = np.linspace(0, len(steps), n + 1).astype(int)[:-1]
-    squares = np.where(heard, steps, 0.0) ** 2
-    counts = np.add.reduceat(heard.astype(int), edges)
-    there = np.flatnonzero(counts >= HEARD)
-    whole = squares.sum() / max(heard.sum(), 1)
-    if len(there) < n / 2 or not whole > 0.0:
-        return None
-    means = np.add.reduceat(squares, edges)[there] / counts[there]
-    found = np.interp(np.arange(n), there, np.log(means + FAINT * whole))
-    return found if np.ptp(found) > EXACT else None
+    return loudness_of(x, calm(filled(x)), n)
 
 
 def unstuck(x) -> np.ndarray:
