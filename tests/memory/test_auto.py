@@ -258,6 +258,18 @@ def test_a_missing_output_among_the_regressors_does_not_look_like_drift():
     assert plant.missing[0] > 0.2 and errors[1] <= 1.6 * errors[0]
 
 
+def test_a_wild_prediction_among_the_regressors_does_not_make_all_that_follows_rest():
+    """The second output is wrong, the third is missing: its prediction, as large as hundreds, stands there."""
+    for seed in range(10):
+        rng = np.random.default_rng(seed)
+        y = np.zeros(400)
+        for k in range(1, y.size):
+            y[k] = 0.8 * y[k - 1] + rng.standard_normal()
+        y[:3] = 0.3, y[1] + 20.0, np.nan
+        trace = dw.AR(1, memory=dw.AutoMemory()).scan(y)
+        assert np.mean(trace.status & int(dw.Status.AT_REST) != 0) < 0.2  # .98 if it stays among their mean squares
+
+
 def test_what_wrong_numbers_among_the_first_samples_taught_is_given_up():
     """They are fitted, since nothing is known yet, and stay among the regressors: a later start has seen none."""
     errors, best = [], []

@@ -161,7 +161,7 @@ def adapt_auto(memory, state, e, R, view):
     own, trial, drift, learner, head = parts.own, parts.trial, parts.drift, parts.learner, parts.head
     N, M, T = D.size, MODES, predicted_variance(view.f, D, R)
     is_first = drift.head[SEEN] == 0.0
-    is_unexcited = excite(memory, drift, as_expected(memory, parts.past, view.row, view.c))
+    is_unexcited = excite(memory, drift, as_expected(memory, parts.past, view.row, view.c), R)
     if is_unexcited and is_awake(memory, drift, trial, e * e > SURPRISE * s2 * T):
         is_unexcited = False
     if follow_resolution(parts.resolution, view.y, is_first) and not is_unexcited:

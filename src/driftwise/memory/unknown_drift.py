@@ -28,6 +28,7 @@ SLOWEST = 0.005  # gain of the running mean squares
 LEAST = 0.01  # of its largest mean square: a regressor's floor; of all mean squares: a plant at rest
 RECENT = 0.05  # gain of the mean leverage
 FIRST, START = 10, 1e-3  # policies that need a settled filter begin after so many samples, with this NVR until then
+WILD = 9.0  # times its mean square: more of a regressor that may be a prediction is not believed
 INVISIBLE = 1e-250  # a mean square that says nothing: its inverse would overflow in products
 WAKING = 0.01  # at rest the mean squares move so much slower: a level that stays low is taken for normal in the end
 
@@ -93,8 +94,11 @@ def starts(sample, q):
 
 
 @kernel
-def excite(memory, drift, row):
-    """Take the row into the mean squares, update the units, and say whether the plant is at rest."""
+def excite(memory, drift, row, R):
+    """Take the row into the mean squares, update the units, and say whether the plant is at rest.
+
+    Some regressor is a prediction where R is larger than that of the noise: a wild one says nothing of their size.
+    """
     head, ms, top, unit, N = drift.head, drift.ms, drift.top, drift.unit, row.size
     size, moving = 0.0, int(memory.moving)
     for i in range(moving):
@@ -103,7 +107,10 @@ def excite(memory, drift, row):
     is_unexcited = head[SEEN] > 4.0 * N and size < LEAST * moving
     gain = SLOWEST * WAKING if is_unexcited else max(1.0 / (head[SEEN] + 1.0), SLOWEST)
     for i in range(N):
-        ms[i] += gain * (row[i] * row[i] - ms[i])
+        square = row[i] * row[i]
+        if R > memory.R and ms[i] > 0.0:
+            square = min(square, WILD * ms[i])
+        ms[i] += gain * (square - ms[i])
         top[i] = max(top[i], ms[i])
         floored = max(ms[i], LEAST * top[i], memory.floor)
         unit[i] = memory.R / floored if floored > INVISIBLE else 0.0
@@ -125,7 +132,7 @@ def rest(drift):
 def adapt_and_revise(memory, state, e, R, view):
     """Least squares, then the policy."""
     drift = open_drift_state(state, view.D.size)
-    is_unexcited = excite(memory, drift, view.row)
+    is_unexcited = excite(memory, drift, view.row, R)
     T = least_squares(e, R, view)
     lean(drift, R, T)
     if T > 0.0 and not is_unexcited:
