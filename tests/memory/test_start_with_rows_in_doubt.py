@@ -32,7 +32,7 @@ def begun(again=False):
     if again:  # as a sample comes, which is the last of the rows
         start_again(memory, second, rows, rows.y[-1], memory.R, 0.0, unit, theta, P, view, 0.0)
     else:
-        begin_with_rows(memory, second, rows, theta, unit, P, view, 0.0)
+        begin_with_rows(memory, second, rows, theta, unit, P, view, 0.0, 0.0)
     return second, view
 
 

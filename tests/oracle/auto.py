@@ -185,9 +185,15 @@ def run_auto(y, psi, phi, told=None, levels=(0.0, 1e-1), expect="both", P0=1e4):
                 is_over, more = seconds[s] is None or seconds[s].is_over(n), rows[s].taken - len(rows[s].y)
                 if is_over:
                     seconds[s] = later(s, here)
-                begun = None
-                if expect != "jumps" and ((more == 0 and seconds[s].score <= 0) or (is_over and more > 0)):
+                begun, is_asked = None, (more == 0 and seconds[s].score <= 0) or (is_over and more > 0)
+                if expect != "jumps" and is_asked:
                     begun = rows[s].begin(later(s, here), over[s], learnt)
+                elif expect != "jumps" and learnt and more > 0 and more % 5 == 0 and seconds[s].score <= 2.5:
+                    own = seconds[s].filter
+                    before = min(shown[s], own.s2[0, 0]) if own.nu[0, 0] >= 1 else shown[s]
+                    begun = rows[s].begin(later(s, here), over[s], learnt, before)
+                    if begun is not None:
+                        begun.score = -2.5
                 if begun is not None:  # with this row, too, which it has not predicted
                     seconds[s] = begun
                 else:

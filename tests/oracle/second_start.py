@@ -15,7 +15,7 @@ class Second:
         self.filter.theta[0, 0], self.filter.P[0, 0] = mean, np.diag(wide)
 
     def is_over(self, n):
-        return self.score < -14 or self.age >= n + 40
+        return self.score < -14 or (self.age >= n + 40 and self.score <= 2.5)
 
     def see(self, row, y, outliers, learnt, evidence, phi):
         """Take a sample in; how often there are outliers it counts itself."""
@@ -26,7 +26,7 @@ class Second:
         self.filter.theta, self.filter.P = self.filter.theta * phi, self.filter.P * outer(phi, phi)
         self.age += 1
         if says and self.age > len(phi) + 10:
-            self.score += taken.evidence[0] - evidence
+            self.score += min(taken.evidence[0] - evidence, 2.5)
 
     def concede(self, trial):
         """The bank becomes what a trial has decided, and that predicted better than it did."""
@@ -51,7 +51,10 @@ class Rows:
         self.psi[k], self.y[k], self.taken = row, y, self.taken + 1
 
     def agreeing(self, inverse):
-        """Least trimmed squares from every third stretch of n + 2 rows, then twice those within four deviations."""
+        """Least trimmed squares from every third stretch of n + 2 rows, then twice those within four deviations.
+
+        Of the last ones also their variance, which the next four deviations are of.
+        """
         B, n = self.psi.shape
         h, best = int(0.55 * B), (np.inf, None)
 
@@ -68,11 +71,18 @@ class Rows:
         for _ in range(2):
             r2 = squares(r2 <= limit)
             limit = 16 * r2[r2 <= limit].sum() / max((r2 <= limit).sum() - n, 1)
-        return r2 <= limit
+        return r2 <= limit, limit / 16
 
-    def begin(self, second, inverse, learnt):
-        """A filter that begins with those that agree, if some do not."""
-        agree = self.agreeing(inverse)
+    def pay(self, agree, s2, before):
+        """Whether what they agree to is worth four logs for each that is left out."""
+        kept = agree.sum() - self.psi.shape[1]
+        return s2 < before and kept * np.log(before / s2) / 2 > 4 * (~agree).sum()
+
+    def begin(self, second, inverse, learnt, before=None):
+        """A filter that begins with those that agree, if some do not; and pay for them, if sigma^2 was this before."""
+        agree, s2 = self.agreeing(inverse)
+        if before is not None and not self.pay(agree, s2, before):
+            return None
         if agree.all() or np.any((self.psi[agree] ** 2).sum(0) < 0.1 * (self.psi**2).sum(0)):
             return None
         for k in np.roll(np.arange(len(agree)), -(self.taken % len(agree))):

@@ -113,12 +113,16 @@ FARTHEST = 1e6  # variance of its parameters, in units: a thousand deviations
 LEARNING, YOUTH = 10.0, 30.0  # samples, besides one a parameter, before its predictions count; and in which they do
 FAMILIAR = 100.0  # times R: a prediction of as much variance says nothing, some regressor is new to it
 BETTER, UNFIT = 5.0, -14.0  # log evidence at which it takes over; below which another begins
+AT_ONCE = 2.5  # of it that one sample brings, at most: to who has fitted a wrong number the next one is less wrong
 AGREE, WITHIN = 0.55, 0.176  # share of the last rows that has to agree; mean square of that half of normal errors
 BEYOND = 16.0  # times the variance of those that agree: a row does not, as few do of any that are right
 TRUSTED = 1.01  # times R: no regressor of such a row is in doubt
 FEW, APART = 2, 3  # rows besides one a parameter that a fit begins with; so many rows apart
 LEAST_KNOWN = 1e-6  # of a parameter, before any row, in units
 OF_LEFT_OUT = 0.2  # of the rows left out are wrong themselves; the others have a wrong number among their regressors
+BETWEEN, A_ROW = 5, 4.0  # rows between two looks at them; log evidence that each left out costs: one in twenty is wrong
+AHEAD = 2.5  # log evidence of a start that goes on, however old; by so much one that was looked for again is behind,
+# since some of many tries look better by chance
 ENOUGH = 0.1  # of the squares of each regressor that rows which agree have to have
 
 # Less noise among outliers

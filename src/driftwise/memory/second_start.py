@@ -5,7 +5,9 @@ the regressors of an `ARX`, and what it taught is as certain as all that is righ
 with a wide prior begins again and again. It is not weighed by what it says while it learns: from then on what it
 predicts competes with what all others do, who have seen more, and are better unless what they have seen misleads them.
 A row with a regressor that has rested since it began teaches it and says nothing: no wrong number is a surprise there.
-Where some of the last rows contradict the others it begins with those that agree, and knows as much as they say.
+Where some of the last rows contradict the others it begins with those that agree, and knows as much as they say. Early
+rows may hold too many wrong numbers for that: so where it is not ahead it does so again, as soon as those that agree
+are so near each other that they pay for those left out.
 """
 
 from ..engine.dense import dot
@@ -13,7 +15,24 @@ from ..engine.dispatch import kernel, rare
 from ..engine.elementary import log
 from ..engine.layout import Field, Layout, numbers
 from ..engine.ud import expand
-from .auto_constants import BETTER, CHANCES, FAMILIAR, FARTHEST, LEARNING, OF_LEFT_OUT, OFTEN, STRUCK, UNFIT, YOUTH
+from .auto_constants import (
+    A_ROW,
+    AHEAD,
+    AT_ONCE,
+    BETTER,
+    BETWEEN,
+    BEYOND,
+    CHANCES,
+    FAMILIAR,
+    FARTHEST,
+    LEARNING,
+    OF_LEFT_OUT,
+    OFTEN,
+    STRUCK,
+    TRUSTED,
+    UNFIT,
+    YOUTH,
+)
 from .gauss_markov import relax
 from .modes import CHI2, FREEDOM, WEIGHT, error_of, hand_over, mode, size_of, take
 from .robust_start import fit_trimmed, says_enough
@@ -56,15 +75,28 @@ def begin_second(memory, second, theta, unit):
     second.head[AGE] = second.head[SCORE] = second.head[STRUCK_SO_FAR] = 0.0
 
 
+@kernel
+def do_they_pay(left, kept, before, sigma2):
+    """Say whether rows that agree to this sigma^2 pay for those left out; it was ``before`` (0: they need not)."""
+    return before == 0.0 or (sigma2 < before and 0.5 * kept * log(before / sigma2) > A_ROW * left)
+
+
+@kernel
+def least_sigma2(shown, own):
+    """Return the sigma^2 that rows have to be better than: what is shown, or that of the start that runs."""
+    return min(shown, own[CHI2] / own[FREEDOM]) if own[FREEDOM] >= 1.0 else shown
+
+
 @rare
-def begin_with_rows(memory, second, rows, theta, unit, P, view, least):
+def begin_with_rows(memory, second, rows, theta, unit, P, view, least, before):
     """Let it begin with those of the last rows that agree, if some do not; say whether it did.
 
-    It has seen the present one, which is kept by now, and counts from the next sample on.
+    It has seen the present one, which is kept by now, and counts from the next sample on. ``before`` as in
+    `do_they_pay`.
     """
     N, count, head = unit.size, rows.y.size, second.head
     limit, many = fit_trimmed(rows, unit, P)
-    if many == count or not says_enough(rows, limit):
+    if many == count or not do_they_pay(count - many, many - N, before, limit / BEYOND) or not says_enough(rows, limit):
         return False
     begin_second(memory, second, theta, unit)
     for i in range(N):
@@ -83,16 +115,28 @@ def begin_with_rows(memory, second, rows, theta, unit, P, view, least):
     return True
 
 
+@kernel
+def is_time(memory, more, R):
+    """Say whether to look at the last rows again: now and then, as one is kept; ``more`` have been than find room."""
+    return more > 0.0 and R <= TRUSTED * memory.R and int(more) % BETWEEN == 0
+
+
 @rare
 def start_again(memory, second, rows, e, R, evidence, unit, theta, P, view, least):
     """Let it see a sample; say whether it has won."""
     N, head = theta.size, second.head
-    is_over = head[AGE] == 0.0 or head[SCORE] < UNFIT or head[AGE] >= N + LEARNING + YOUTH
+    is_ahead = head[SCORE] > AHEAD
+    is_over = head[AGE] == 0.0 or head[SCORE] < UNFIT or (head[AGE] >= N + LEARNING + YOUTH and not is_ahead)
     more = rows.taken[0] - rows.y.size
     if is_over:
         begin_second(memory, second, theta, unit)
     if memory.outliers > 0.0 and ((more == 0.0 and head[SCORE] <= 0.0) or (is_over and more > 0.0)):
-        if begin_with_rows(memory, second, rows, theta, unit, P, view, least):
+        if begin_with_rows(memory, second, rows, theta, unit, P, view, least, 0.0):
+            return False
+    elif memory.outliers * memory.learns > 0.0 and not is_ahead and is_time(memory, more, R):
+        before = least_sigma2(view.s2, mode(second.row, 0, N).own)
+        if begin_with_rows(memory, second, rows, theta, unit, P, view, least, before):
+            head[SCORE] = -AHEAD
             return False
     one = mode(second.row, 0, N)
     error = error_of(one, e, view.psi, theta)
@@ -102,7 +146,7 @@ def start_again(memory, second, rows, e, R, evidence, unit, theta, P, view, leas
     head[AGE] += 1.0
     head[STRUCK_SO_FAR] += rho
     if head[AGE] > N + LEARNING and T < FAMILIAR * R:
-        head[SCORE] += log_p + log(factor) - evidence
+        head[SCORE] += min(log_p + log(factor) - evidence, AT_ONCE)
     return head[SCORE] > BETTER
 
 
