@@ -57,7 +57,7 @@ def adapt_in_bank(memory, state, e, R, view, is_apart):
     """Every mode learns; theta and P become those of the mixture. Modes that do not stay apart wait to be mixed."""
     D, drift = view.D, open_drift_state(state, view.D.size)
     own, T = bank_of(memory, drift), predicted_variance(view.f, D, R)
-    is_unexcited = excite(memory, drift, view.row, R)
+    is_unexcited = excite(memory, drift, view.row, True)
     lean(drift, R, T)
     if own.head[WAITS] > 0.0:  # one more output of the same sample
         fold(own.bank, own.dense, D.size)

@@ -210,7 +210,7 @@ def adapt_likelihood_drift(memory, state, e, R, view):
     N, s2 = view.D.size, view.s2
     drift = open_drift_state(state, N)
     learner = open_learner(drift.own, N, int(memory.ratios))
-    is_unexcited = excite(memory, drift, view.row, R)
+    is_unexcited = excite(memory, drift, view.row, True)
     T = least_squares(e, R, view)
     if T > 0.0:
         follow(learner, view.psi, view.b, e, T, s2, 1.0, view.c)

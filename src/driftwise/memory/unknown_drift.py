@@ -94,10 +94,10 @@ def starts(sample, q):
 
 
 @kernel
-def excite(memory, drift, row, R):
+def excite(memory, drift, row, are_known):
     """Take the row into the mean squares, update the units, and say whether the plant is at rest.
 
-    Some regressor is a prediction where R is larger than that of the noise: a wild one says nothing of their size.
+    ``are_known``: no regressor is a prediction. A wild one says nothing of their size.
     """
     head, ms, top, unit, N = drift.head, drift.ms, drift.top, drift.unit, row.size
     size, moving = 0.0, int(memory.moving)
@@ -108,7 +108,7 @@ def excite(memory, drift, row, R):
     gain = SLOWEST * WAKING if is_unexcited else max(1.0 / (head[SEEN] + 1.0), SLOWEST)
     for i in range(N):
         square = row[i] * row[i]
-        if R > memory.R and ms[i] > 0.0:
+        if not are_known and ms[i] > 0.0:
             square = min(square, WILD * ms[i])
         ms[i] += gain * (square - ms[i])
         top[i] = max(top[i], ms[i])
@@ -132,7 +132,7 @@ def rest(drift):
 def adapt_and_revise(memory, state, e, R, view):
     """Least squares, then the policy."""
     drift = open_drift_state(state, view.D.size)
-    is_unexcited = excite(memory, drift, view.row, R)
+    is_unexcited = excite(memory, drift, view.row, True)
     T = least_squares(e, R, view)
     lean(drift, R, T)
     if T > 0.0 and not is_unexcited:

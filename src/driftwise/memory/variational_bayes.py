@@ -108,7 +108,7 @@ def resolve_variational_bayes(memory, setting):
 def adapt_variational_bayes(memory, state, e, R, view):
     drift, D, s2 = open_drift_state(state, view.D.size), view.D, view.s2
     own, seen = drift.own, drift.head[SEEN]
-    if excite(memory, drift, view.row, R):
+    if excite(memory, drift, view.row, True):
         return least_squares(e, R, view)
     own[WEIGHT] = memory.discount * own[WEIGHT] + 1.0 if seen > 0.0 else memory.discount * memory.weight + 1.0
     own[CHI2] = memory.discount * own[CHI2] if seen > 0.0 else memory.discount * memory.chi2
