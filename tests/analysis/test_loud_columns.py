@@ -101,3 +101,14 @@ def test_chance_in_how_loud_white_noise_is_is_known_from_halves():
 
 def test_halves_that_are_short_are_not_heard():
     assert not len(loudness(np.random.default_rng(9).standard_normal(300), 64).halves)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_where_a_sensor_is_stuck_nothing_is_louder_or_quieter(seed):
+    """One block at its edge, loud by chance, does not stand for all that are not heard."""
+    x = np.random.default_rng(seed).standard_normal((4, 670))
+    x[0, 390:510] = np.nan
+    x[0, 387:390] *= 0.1
+    heard = loudness(x[0], 64)
+    assert abs(heard.blocks[38:48] - np.median(heard.blocks)).max() < 0.5
+    assert not together(dict(zip("abcd", x)))

@@ -14,11 +14,13 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import toeplitz
+from scipy.ndimage import uniform_filter1d
 
 from .together_noise import FAST, slow_ones
 
 RESTING = 0.6  # of the rows, that a sensor may repeat itself for its noise to be heard in its digits
-HEARD = 3  # errors in a block, or in a half, from which on they tell how loud it is
+HEARD, SHARE = 3, 0.5  # errors in a block, or in a half, from which on they tell how loud it is; of its rows
+ABOUT = 9  # blocks whose mean stands for those that are not heard beside them
 FAINT = 0.02  # of the mean square of all errors, that is added to that of each block
 PAST = 3  # rows that the next is predicted from
 FAR = 4.0  # deviations beyond which two halves differ by as many
@@ -54,7 +56,9 @@ def loudness(x, calm, n: int) -> Loudness | None:
     there = np.flatnonzero(np.isfinite(means))
     if len(there) < n / 2 or not faint > 0.0:
         return None
-    found = np.interp(np.arange(n), there, np.log(means[there] + faint))
+    logs = np.log(means[there] + faint)
+    found = np.interp(np.arange(n), there, uniform_filter1d(logs, ABOUT, mode="nearest"))  # one block is chance
+    found[there] = logs
     return Loudness(found, _halves(np.log(_means(squares, heard, 2 * n) + faint))) if np.ptp(found) > EXACT else None
 
 
@@ -67,9 +71,10 @@ def errors(x) -> np.ndarray:
 
 def _means(squares, heard, n: int) -> np.ndarray:
     """Return the means of n blocks of what is heard, (n,); NaN where that is too little."""
-    edges = np.linspace(0, len(squares), n + 1).astype(int)[:-1]
-    counts = np.add.reduceat(heard.astype(int), edges)
-    return np.where(counts >= HEARD, np.add.reduceat(squares, edges) / np.maximum(counts, 1), np.nan)
+    edges = np.linspace(0, len(squares), n + 1).astype(int)
+    counts = np.add.reduceat(heard.astype(int), edges[:-1])
+    enough = np.maximum(SHARE * np.diff(edges), HEARD)
+    return np.where(counts >= enough, np.add.reduceat(squares, edges[:-1]) / np.maximum(counts, 1), np.nan)
 
 
 def _halves(logs) -> np.ndarray:
