@@ -14,7 +14,6 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import toeplitz
-from scipy.ndimage import uniform_filter1d
 
 from .together_noise import FAST, slow_ones
 
@@ -57,7 +56,8 @@ def loudness(x, calm, n: int) -> Loudness | None:
     if len(there) < n / 2 or not faint > 0.0:
         return None
     logs = np.log(means[there] + faint)
-    found = np.interp(np.arange(n), there, uniform_filter1d(logs, ABOUT, mode="nearest"))  # one block is chance
+    about = np.convolve(np.pad(logs, ABOUT // 2, mode="edge"), np.full(ABOUT, 1 / ABOUT), "valid")
+    found = np.interp(np.arange(n), there, about)  # one block is chance
     found[there] = logs
     return Loudness(found, _halves(np.log(_means(squares, heard, 2 * n) + faint))) if np.ptp(found) > EXACT else None
 
