@@ -40,7 +40,7 @@ def test_the_evidence_is_that_of_gauss_of_a_level_and_a_size_that_nobody_knows()
         K = K / (np.trace(K) / n - K.mean()) + TINY * np.eye(n)
         beside, none = (_marginal(x, S) for S in (K + v * np.outer(shape, shape), K))
         along, whole = shapes.of_steps(grid.steps[i] @ x)[k], x @ grid.left[i] @ x
-        found = likelihoods(0.0, whole, grid.free[i, k], along, v, n) + 0.5 * (n - 1) * np.log(whole)
+        found = likelihoods(0.0, whole, grid.free[i, k], along, v, n - 1) + 0.5 * (n - 1) * np.log(whole)
         assert abs(found - (beside - none)) < 1e-3 * max(1.0, abs(found))
 
 

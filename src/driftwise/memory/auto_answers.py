@@ -161,7 +161,8 @@ def adapt_auto(memory, state, e, R, view):
     own, trial, drift, learner, head = parts.own, parts.trial, parts.drift, parts.learner, parts.head
     N, M, T = D.size, MODES, predicted_variance(view.f, D, R)
     is_first = drift.head[SEEN] == 0.0
-    are_known = view.fresh.size > 0 or R <= memory.R  # beside a state with a past of its own R always is more
+    has_past = view.fresh.size > 0 or view.y != view.y  # a state has one of its own: beside it R always is more
+    are_known = has_past or R <= memory.R
     is_unexcited = excite(memory, drift, as_expected(memory, parts.past, view.row, view.c), are_known)
     if is_unexcited and is_awake(memory, drift, trial, e * e > SURPRISE * s2 * T):
         is_unexcited = False
