@@ -23,6 +23,7 @@ from ...engine.layout import Field, Layout, joined, numbers, policy
 from ...engine.status import BAD_VALUE, EXACT, FLOORED, MISSING_OUTPUT, REJECTED
 from ...engine.ud import entry, measurement_update, predicted_variance, project
 from ...memory.registry import Alarm, View, count, found_jump, on_alarm, outlier_probability, time_update
+from ...memory.resolution import UNSEEN
 from ...models.scale import sigma2
 from ..adaptive_gain.step import take_inputs
 from ..common.given_state import (
@@ -159,7 +160,7 @@ def take_in(form, memory, state, scratch, e, R, usual, s2):
     if form.learns > 0.0:
         weight = state.counts[WEIGHT]
         room = scratch.room
-        return adapt_given_state(memory, state.memory_state, e, R, usual, s, U, D, f, room, s2, weight, math.nan, s[:0])
+        return adapt_given_state(memory, state.memory_state, e, R, usual, s, U, D, f, room, s2, weight, UNSEEN, s[:0])
     return measurement_update(s, U, D, f, e, R, scratch.b)
 
 

@@ -33,6 +33,7 @@ from ...engine.ud import (
     variances,
 )
 from ...memory.registry import Alarm, View, begin, count, found_jump, on_alarm, time_update
+from ...memory.resolution import UNSEEN
 from ...models.formula_kernels import show
 from ...models.scale import freedom, sigma2
 from ..adaptive_gain.step import take_inputs
@@ -180,7 +181,7 @@ def take_in(form, memory, s, state, scratch, e, s2):
     if form.learns > 0.0:
         room, weight = room_of(form, scratch), state.counts[WEIGHT]
         return adapt_given_state(
-            memory, state.memory_state, e, 1.0, 1.0, s, state.U, state.D, scratch.f, room, s2, weight, math.nan, s[:0]
+            memory, state.memory_state, e, 1.0, 1.0, s, state.U, state.D, scratch.f, room, s2, weight, UNSEEN, s[:0]
         )
     return measurement_update(s, state.U, state.D, scratch.f, e, 1.0, scratch.b)
 
