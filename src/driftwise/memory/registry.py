@@ -91,7 +91,8 @@ class View(NamedTuple):
     reopen : what the estimator asks of an alarm: above 1 samples, else a share of the prior's width
     cap : (N,) variances of the prior
     row : (N,) the regressors themselves
-    y : the output that is being taken in; NaN where the memory sees another scale, or none
+    y : the output that is being taken in; NaN where the memory sees another scale, or none; `resolution.UNSEEN` where
+        the regressors are those of a state with a past of its own
     fresh : (N + 1,) slopes where parameters act through a state with a past of its own, had they been set free when a
         doubt of them began, and behind them what the memory thinks of that doubt (`common.fresh`); empty elsewhere
 

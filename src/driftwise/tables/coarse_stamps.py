@@ -11,11 +11,8 @@ SOME = 0.05  # of the rows, that have the stamp of the one before
 AS_OFTEN = 0.1  # as the others, at least, that rows of one stamp differ from the row before: else they came twice
 APART = 0.25  # of the squares of moves from row to row, that those from stamp to stamp have where things share stamps
 WHOLE = 0.02  # by which rows to a stamp may be off a whole number
-EVEN, WINDOW, MOST = (
-    0.8,
-    4,
-    0.05,
-)  # share of so many stamps in a row that hold as many rows; stamps that may be left out
+EVEN, WINDOW = 0.8, 4  # share of so many stamps in a row that hold as many rows as most do
+MOST = 0.05  # of the stamps, that may be left out
 
 
 class Coarse(NamedTuple):
