@@ -58,7 +58,7 @@ from .moments import ODDS as MOMENT_ODDS
 from .moments import SINCE as MOMENT_SINCE
 from .moments import add_up, expected, follow_moment, forget_moments, look_back, most_lessened
 from .registry import BELIEVED, DOUBTED, LIKELY
-from .resolution import UNSEEN, follow_resolution, least_variance
+from .resolution import follow_resolution, least_variance
 from .retrospect import COUNTED as LATE_COUNTED
 from .retrospect import FOUND, forget_rows, is_known, keep_row, look_late, wait_on
 from .retrospect import ODDS as LATE_ODDS
@@ -161,8 +161,7 @@ def adapt_auto(memory, state, e, R, view):
     own, trial, drift, learner, head = parts.own, parts.trial, parts.drift, parts.learner, parts.head
     N, M, T = D.size, MODES, predicted_variance(view.f, D, R)
     is_first = drift.head[SEEN] == 0.0
-    has_past = view.fresh.size > 0 or view.y >= UNSEEN  # a state has one of its own: beside it R always is more
-    are_known = has_past or R <= memory.R
+    are_known = view.has_past > 0.0 or R <= memory.R  # beside a state with a past of its own R always is more
     is_unexcited = excite(memory, drift, as_expected(memory, parts.past, view.row, view.c), are_known)
     if is_unexcited and is_awake(memory, drift, trial, e * e > SURPRISE * s2 * T):
         is_unexcited = False

@@ -91,10 +91,10 @@ class View(NamedTuple):
     reopen : what the estimator asks of an alarm: above 1 samples, else a share of the prior's width
     cap : (N,) variances of the prior
     row : (N,) the regressors themselves
-    y : the output that is being taken in; NaN where the memory sees another scale, or none; `resolution.UNSEEN` where
-        the regressors are those of a state with a past of its own
+    y : the output that is being taken in; NaN where the memory sees another scale, or none
     fresh : (N + 1,) slopes where parameters act through a state with a past of its own, had they been set free when a
         doubt of them began, and behind them what the memory thinks of that doubt (`common.fresh`); empty elsewhere
+    has_past : 1 where the regressors are those of a state with a past of its own, known in part alone; else 0
 
     Examples
     --------
@@ -121,6 +121,7 @@ class View(NamedTuple):
     row: np.ndarray  # the regressors themselves: psi less what filters add to it
     y: float = math.nan  # the output that is being taken in; NaN where the memory sees another scale, or none
     fresh: np.ndarray = np.zeros(0)  # slopes by parameters set free at a doubt, and whether there is one; or empty
+    has_past: float = 0.0  # 1: the regressors are those of a state with a past of its own
 
 
 DOUBTED, BELIEVED = 1.0, 2.0  # what a memory thinks of a jump, behind `View.fresh`: that it may be; that it was

@@ -22,7 +22,6 @@ NONE = 1e-300  # a step, of numbers written finely
 ROUNDED = 1e-3  # of a step, by which a multiple of it may be off: written in digits, stored in binary
 FINEST = 1e-6  # of a move, the least step that is told from none
 FARTHEST = 1e9  # steps; a wilder move says nothing
-UNSEEN = 1e300  # the output where regressors are those of a state with a past of its own, known to a part alone
 
 
 @kernel
@@ -59,8 +58,8 @@ def step_after(step, move):
 
 @kernel
 def follow_resolution(resolution, y, is_first):
-    """Take an output in, if it is known (else NaN, or `UNSEEN`); say whether it stands still and has never moved."""
-    if y != y or y >= UNSEEN:
+    """Take an output in, if it is known (else NaN); say whether it stands still and has never moved."""
+    if y != y:
         return False
     step = 0.0 if is_first else step_after(resolution[STEP], abs(y - resolution[LAST]))
     resolution[LAST], resolution[STEP] = y, step

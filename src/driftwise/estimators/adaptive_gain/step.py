@@ -90,7 +90,7 @@ def view_of(form, state, scratch, s, surprise, strength):
     """Return what the memory sees; ``strength`` is how far an alarm lets K move again."""
     return View(
         0, state.theta, state.U, state.D, scratch.psi, scratch.f, scratch.b, scratch.c,
-        s, state.head[WEIGHT], surprise, strength, form.cap, scratch.psi, math.nan, form.cap[:0],
+        s, state.head[WEIGHT], surprise, strength, form.cap, scratch.psi, math.nan, form.cap[:0], 0.0,
     )  # fmt: skip
 
 

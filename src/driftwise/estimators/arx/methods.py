@@ -26,7 +26,7 @@ def view_of_output(state, scratch, s2, surprise, y):
     nothing = scratch.c[:0]
     return View(
         0, state.theta, state.U, state.D, scratch.psi, scratch.f, scratch.b, scratch.c,
-        s2, state.head[WEIGHT], surprise, 0.0, nothing, scratch.row, y, nothing,
+        s2, state.head[WEIGHT], surprise, 0.0, nothing, scratch.row, y, nothing, 0.0,
     )  # fmt: skip
 
 

@@ -118,12 +118,12 @@ def sigma2_of_few(scale, left, chi2):
 
 
 @kernel
-def view_of_parameters(s, D, room, s2, weight, surprise, y, fresh):
+def view_of_parameters(s, D, room, s2, weight, surprise, y, fresh, has_past):
     """Return what a memory sees of a regression on theta."""
     rows = room.gain.size
     return View(
         0, s[rows:], room.U, D[rows:], room.row, room.f, room.b, room.c,
-        s2, weight, surprise, 0.0, s[:0], room.row, y, fresh,
+        s2, weight, surprise, 0.0, s[:0], room.row, y, fresh, has_past,
     )  # fmt: skip
 
 
@@ -131,17 +131,17 @@ def view_of_parameters(s, D, room, s2, weight, surprise, y, fresh):
 def begin_given_state(memory, memory_state, s, U, D, room):
     """Let the memory begin with the prior of the parameters."""
     marginal(U, room.gain.size, room.psi.size, room.U)
-    begin(memory, memory_state, view_of_parameters(s, D, room, 1.0, 0.0, math.nan, math.nan, s[:0]))
+    begin(memory, memory_state, view_of_parameters(s, D, room, 1.0, 0.0, math.nan, math.nan, s[:0], 0.0))
 
 
 @kernel
-def adapt_given_state(memory, memory_state, e, R, usual, s, U, D, f, room, s2, weight, y, fresh):
+def adapt_given_state(memory, memory_state, e, R, usual, s, U, D, f, room, s2, weight, y, fresh, has_past):
     """Take the innovation e of the row h, f = U'h, into s and U D U' by the memory's own rule; return its variance T.
 
     ``usual`` is the variance of the noise, y the output, NaN if e is in other units. A row that says next to nothing,
     since the state is lost or has never been known, may be of any size: the memory sees it in units in which var v' is
     VAGUE times that, so that no mean square of regressors is spoilt. An outlier, as the memory has it, teaches x
-    nothing. ``fresh``: see `common.fresh`; empty where the state has no past of its own.
+    nothing. ``fresh``: see `common.fresh`; ``has_past``: 1 where the state has one of its own (`View`).
     """
     rows, N = room.gain.size, room.psi.size
     separate(U, f, room)
@@ -155,7 +155,7 @@ def adapt_given_state(memory, memory_state, e, R, usual, s, U, D, f, room, s2, w
         room.row[j], room.f[j] = root * room.psi[j], root * f[rows + j]
     if fresh.size > 0:
         show_fresh(fresh, room.fresh, room.A, room.psi, root)
-    view = view_of_parameters(s, D, room, s2, weight, math.nan, y, room.fresh if fresh.size > 0 else s[:0])
+    view = view_of_parameters(s, D, room, s2, weight, math.nan, y, room.fresh if fresh.size > 0 else s[:0], has_past)
     T = adapt(memory, memory_state, root * e, share * own, view) / share
     if not T > 0.0:
         return T
@@ -195,7 +195,7 @@ def pass_time_given_state(memory, memory_state, s, U, D, room, s2, weight, surpr
     slopes(U, room)
     for j in range(N):
         room.before[j] = s[rows + j]
-    view = view_of_parameters(s, D, room, s2, weight, surprise, math.nan, s[:0])
+    view = view_of_parameters(s, D, room, s2, weight, surprise, math.nan, s[:0], 0.0)
     lam, status = time_update(memory, memory_state, 1.0, view)
     for i in range(rows):
         for j in range(N):

@@ -23,7 +23,6 @@ from ...engine.layout import Field, Layout, joined, numbers, policy
 from ...engine.status import BAD_VALUE, EXACT, FLOORED, MISSING_OUTPUT, REJECTED
 from ...engine.ud import entry, measurement_update, predicted_variance, project
 from ...memory.registry import Alarm, View, count, found_jump, on_alarm, outlier_probability, time_update
-from ...memory.resolution import UNSEEN
 from ...models.scale import sigma2
 from ..adaptive_gain.step import take_inputs
 from ..common.given_state import (
@@ -141,7 +140,7 @@ def view_of(form, state, scratch, s2, surprise):
     s, weight = state.s, state.counts[WEIGHT] if form.fades > 0.0 else state.head[OBSERVED]
     return View(
         scratch.n, s, state.U, state.D, s[:0], scratch.f, scratch.b, scratch.h,
-        s2, weight, surprise, 0.0, s[:0], s[:0], math.nan, s[:0],
+        s2, weight, surprise, 0.0, s[:0], s[:0], math.nan, s[:0], 0.0,
     )  # fmt: skip
 
 
@@ -158,9 +157,8 @@ def take_in(form, memory, state, scratch, e, R, usual, s2):
     """Take the residual e into s and U D U'; return the variance T it was expected to have."""
     s, U, D, f = state.s, state.U, state.D, scratch.f
     if form.learns > 0.0:
-        weight = state.counts[WEIGHT]
-        room = scratch.room
-        return adapt_given_state(memory, state.memory_state, e, R, usual, s, U, D, f, room, s2, weight, UNSEEN, s[:0])
+        memory_state, weight, room = state.memory_state, state.counts[WEIGHT], scratch.room
+        return adapt_given_state(memory, memory_state, e, R, usual, s, U, D, f, room, s2, weight, math.nan, s[:0], 1.0)
     return measurement_update(s, U, D, f, e, R, scratch.b)
 
 

@@ -33,7 +33,6 @@ from ...engine.ud import (
     variances,
 )
 from ...memory.registry import Alarm, View, begin, count, found_jump, on_alarm, time_update
-from ...memory.resolution import UNSEEN
 from ...models.formula_kernels import show
 from ...models.scale import freedom, sigma2
 from ..adaptive_gain.step import take_inputs
@@ -84,7 +83,7 @@ def view_of(form, s, state, scratch, s2, surprise):
     weight = state.counts[WEIGHT] if form.fades > 0.0 else state.head[row.OBSERVED]
     return View(
         int(form.n), s, state.U, state.D, s[:0], scratch.f, scratch.c, scratch.b,
-        s2, weight, surprise, 0.0, s[:0], s[:0], math.nan, s[:0],
+        s2, weight, surprise, 0.0, s[:0], s[:0], math.nan, s[:0], 0.0,
     )  # fmt: skip
 
 
@@ -180,9 +179,8 @@ def take_in(form, memory, s, state, scratch, e, s2):
     """Take the innovation e into s and U D U'; return the variance T it was expected to have."""
     if form.learns > 0.0:
         room, weight = room_of(form, scratch), state.counts[WEIGHT]
-        return adapt_given_state(
-            memory, state.memory_state, e, 1.0, 1.0, s, state.U, state.D, scratch.f, room, s2, weight, UNSEEN, s[:0]
-        )
+        memory_state, U, D, f = state.memory_state, state.U, state.D, scratch.f
+        return adapt_given_state(memory, memory_state, e, 1.0, 1.0, s, U, D, f, room, s2, weight, math.nan, s[:0], 1.0)
     return measurement_update(s, state.U, state.D, scratch.f, e, 1.0, scratch.b)
 
 

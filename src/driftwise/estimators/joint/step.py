@@ -198,7 +198,7 @@ def view_of(form, state, scratch, s2, surprise):
     s, weight = state.s, state.counts[WEIGHT] if form.fades > 0.0 else state.head[OBSERVED]
     return View(
         scratch.n, s, state.U, state.D, s[:0], scratch.f, scratch.c, scratch.b,
-        s2, weight, surprise, 0.0, s[:0], s[:0], math.nan, s[:0],
+        s2, weight, surprise, 0.0, s[:0], s[:0], math.nan, s[:0], 0.0,
     )  # fmt: skip
 
 
@@ -215,10 +215,10 @@ def begin_memory(form, memory, state, scratch):
 def take_in(form, memory, state, scratch, y, e, R, usual, s2):
     """Take the innovation e of y into s and U D U'; return the variance T it was expected to have."""
     if form.learns > 0.0:
-        weight = state.counts[WEIGHT]
+        weight, has_past = state.counts[WEIGHT], 1.0 if state.fresh.size > 0 else 0.0
         return adapt_given_state(
             memory, state.memory_state, e, R, usual, state.s, state.U, state.D, scratch.f, scratch.room, s2, weight, y,
-            state.fresh,
+            state.fresh, has_past,
         )  # fmt: skip
     return measurement_update(state.s, state.U, state.D, scratch.f, e, R, scratch.b)
 

@@ -179,7 +179,7 @@ def take_in(form, memory, memory_state, state, scratch, group, g, U, e, R, usual
     if form.learns > 0.0:
         N, weight = group.N - group.n, state.counts[COUNTS * g + WEIGHT]
         room = open_room(scratch.room, size - N, N)
-        return adapt_given_state(memory, memory_state, e, R, usual, s, U, D, f, room, s2, weight, math.nan, s[:0])
+        return adapt_given_state(memory, memory_state, e, R, usual, s, U, D, f, room, s2, weight, math.nan, s[:0], 0.0)
     return measurement_update(s, U, D, f, e, R, scratch.b)
 
 
@@ -325,7 +325,7 @@ def view_of(form, state, scratch, group, g, D):
     weight = state.counts[COUNTS * g + WEIGHT] if form.fades > 0.0 else seen(form, state, group, g) + form.spent[g]
     return View(
         group.n, group.s, group.U, D, nothing, scratch.f, scratch.c, scratch.b,
-        scratch.s2[g], weight, scratch.surprise[g], 0.0, nothing, nothing, math.nan, nothing,
+        scratch.s2[g], weight, scratch.surprise[g], 0.0, nothing, nothing, math.nan, nothing, 0.0,
     )  # fmt: skip
 
 
