@@ -71,3 +71,17 @@ def test_the_evidence_of_a_walk_is_that_of_its_covariance(count):
         expected = 0.5 * (v @ np.linalg.solve(V0, v) - v @ np.linalg.solve(V, v))
         expected += 0.5 * (np.linalg.slogdet(V0)[1] - np.linalg.slogdet(V)[1])
         assert math.isclose(math.log(ratio_of_walk(memory, moments, own, i)), expected, rel_tol=1e-9)
+
+
+@pytest.mark.parametrize(("seed", "louder"), [(158, 4.0), (485, 4.0), (881, 4.0), (343, 5.0), (485, 5.0)])
+def test_louder_noise_is_not_followed_for_long_as_a_jump_of_one_parameter(seed, louder):
+    """Told by its moments, where a trial knows better; or taken back by the trial, which goes on beside it."""
+    rng, T, theta = np.random.default_rng([seed, 4]), 460, np.array([1.0, -2.0, 0.5, 1.5])
+    psi = rng.choice([-1.0, 1.0], (T, 4))
+    y = psi @ theta + np.where(np.arange(T) < 300, 1.0, louder) * rng.standard_normal(T)
+    told, trace = jumps_of(psi, y)
+    assert [event.text for event in trace.events()][-1] == "noise level rose"
+    assert np.abs(trace.parameters[-50:] - theta).mean() < 0.1
+    run = auto.run_auto(y[None], psi[None], np.ones(4))
+    assert [k for _, k, what in run.events if what == "jump"] == told.tolist()
+    np.testing.assert_allclose(trace.parameters[40:], run.theta[0, 40:], rtol=1e-9, atol=1e-9)

@@ -236,7 +236,7 @@ def run_auto(y, psi, phi, told=None, levels=(0.0, 1e-1), expect="both", P0=1e4):
                 elif not trial.is_over() and trial.shown.any():
                     views[s] = blend(new.at([s]), learner.eta[s], trial, over[s])
                 if what == "jump":
-                    trial.tell()
+                    trial.tell(max(trial.found[1], trial.found[0] + trial.alone) + np.log(1e-3 * trial.gap))
                     sums[s].calm()
                 elif what or trial.is_over():
                     trials[s] = None
@@ -251,11 +251,14 @@ def run_auto(y, psi, phi, told=None, levels=(0.0, 1e-1), expect="both", P0=1e4):
                 looks[s].forget()
             elif expect != "outliers" and units.count[s] > 200 and not rest[s]:
                 looks[s].see(inc, new, taken, s, row[s])
-                found = looks[s].judge(new, s, over[s], alm[s, -1])
+                louder = -np.inf if trials[s] is None else trials[s].of_level
+                found = looks[s].judge(new, s, over[s], alm[s, -1], louder)
                 if found:
                     looks[s].follow(new, s, found)
                     learner.dtheta[s] = learner.dP[s] = 0
-                    trials[s], views[s], what, out.odds[s, k] = None, None, "jump", found[0]
+                    views[s], what, out.odds[s, k] = None, "jump", found[0]
+                    if trials[s] is not None:
+                        trials[s].tell(trials[s].beside + found[1])
                     sums[s].calm()
                     if not lates[s].is_known(k, found[-1]):
                         out.events.append((int(s), k, what))

@@ -39,8 +39,11 @@ class Moments:
         G = np.eye(len(v)) + Q * m.astype(float)
         return v.astype(float) @ np.linalg.solve(G, Q @ v.astype(float)), np.linalg.slogdet(G)[1]
 
-    def judge(self, new, s, inverse, q):
-        """Log odds over those at which it is told, and who jumped when, with which weight; None while not."""
+    def judge(self, new, s, inverse, q, louder):
+        """Log odds over those at which it is told, those over the bank, and who jumped when; None while not.
+
+        ``louder``: log odds of another level of the noise over the bank.
+        """
         if self.count % STEP:
             return None
         n, found = self.n, None
@@ -52,7 +55,7 @@ class Moments:
             wide = 1 / (known + 1 / (LONE * inverse))
             square = score**2 * wide
             if square.max() > 8 * chi2 / nu:
-                found = self.weigh(quiet, since, score, known, wide, square, nu, chi2, inverse, q)
+                found = self.weigh(quiet, since, score, known, wide, square, nu, chi2, inverse, q, louder)
         if found is None:
             self.kept = [*self.kept, (new.w[s].copy(), self.sums, q.copy())][-KEPT:]
         return found
@@ -64,7 +67,7 @@ class Moments:
         score, known = sums[:, 3 : 3 + self.n], sums[:, 3 + self.n :]
         return np.max(score**2 / (known + 1 / (LONE * inverse)), initial=0.0) / (new.chi2[s, 0] / new.nu[s, 0])
 
-    def weigh(self, quiet, since, score, known, wide, square, nu, chi2, inverse, q):
+    def weigh(self, quiet, since, score, known, wide, square, nu, chi2, inverse, q, louder):
         n, prior = self.n, 1e-3 * STEP
         ratios = np.exp(np.minimum(self.gains(square, nu, chi2), 300)) / np.sqrt(1 + LONE * inverse * known)
         each = ratios.mean(1)
@@ -77,17 +80,17 @@ class Moments:
                 none += prior * np.exp(min(level, 300)) / np.sqrt(count)
         walks = [self.walked(i, self.kept[0][2][i], chi2 / nu) for i in range(n)]
         walk = np.mean([np.exp(min(self.gains(x, nu, chi2), 300) - d / 2) for x, d in walks])
-        odds = np.log(jump / none) / np.log(100)
-        if odds <= 1 or min(over_bank, jump / walk) <= 1:
+        odds, over = np.log(jump / none) / np.log(100), np.log(min(over_bank, jump / walk))
+        if odds <= 1 or over <= max(louder, 0.0):
             return None
         w = ratios / ratios.sum()
         best = quiet[np.unravel_index(np.argmax(ratios), ratios.shape)[0]]
         since = STEP * (len(self.kept) - best)
-        return odds, w, wide, wide * score, np.sum(w * square), self.kept[best][0], since
+        return odds, over, w, wide, wide * score, np.sum(w * square), self.kept[best][0], since
 
     def follow(self, new, s, found):
         """The bank is the filter that never forgets, after the jump."""
-        _, w, wide, moved, less, weights, _ = found
+        _, _, w, wide, moved, less, weights, _ = found
         s2 = new.chi2[s, 0] / new.nu[s, 0]
         shift = (w * moved).sum(0)
         P = new.P[s, 0] + np.diag((w * (wide + moved**2 / s2)).sum(0)) - np.outer(shift, shift) / s2

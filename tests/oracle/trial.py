@@ -104,9 +104,14 @@ class Trial:
         clear = (shown > 0.05 * total) & (against.max() >= -4)
         self.shown, self.moved = np.where(clear, shown / total, 0), np.where(clear, moved / every, 0)
 
-    def tell(self):
-        """The bank is what jumped: from now on the others are weighed against that."""
-        self.beside = max(self.found[1], self.found[0] + self.alone) + np.log(1e-3 * self.gap)
+    @property
+    def of_level(self):
+        """Log odds of another level of the noise against the bank."""
+        return self.found[2] + np.log(1e-3 * self.gap) - self.beside
+
+    def tell(self, evidence):
+        """The bank is what jumped, with this log evidence: from now on the others are weighed against that."""
+        self.beside = evidence
         self.told, self.age, self.found[1], self.shown, self.moved = True, 1, -np.inf, np.zeros(3), np.zeros(3)
 
     def reconsider(self):

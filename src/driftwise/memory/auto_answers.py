@@ -55,6 +55,7 @@ from .mixing import drift_apart, drift_beside_state, interact, merge, take_dense
 from .modes import WEIGHT, begin_modes, fold, mode, own_sigma2, unfold
 from .modes import update as update_bank
 from .moments import ODDS as MOMENT_ODDS
+from .moments import OVER_DRIFT as MOMENT_OVER_DRIFT
 from .moments import SINCE as MOMENT_SINCE
 from .moments import add_up, expected, follow_moment, forget_moments, look_back, most_lessened
 from .registry import BELIEVED, DOUBTED, LIKELY
@@ -71,7 +72,7 @@ from .suspicion import calm, suspect
 from .trial import argue, begin_anew, begin_trial, end_trial, is_to_begin, is_to_end, limit_of, time_update_copies
 from .trial_state import AGE, ODDS, is_told, show_none
 from .unknown_drift import SEEN, UNEXCITED, excite, lean, open_drift_state, rest
-from .verdict import A_JUMP, A_LEVEL, NO_JUMP, NOTHING, judge, quieter, say_how_far
+from .verdict import A_JUMP, A_LEVEL, NO_JUMP, NOTHING, judge, level_on_trial, quieter, say_how_far, stand_against
 from .verdict import follow as follow_verdict
 
 
@@ -135,7 +136,8 @@ def tell_moment(memory, parts, view):
     trial, head, own, moments, unit = parts.trial, parts.head, parts.own, parts.moments, parts.drift.unit
     follow_moment(memory, moments, parts.learner, own.bank, own.dense, unit, view.c)
     head[VERDICT], head[SINCE_NOW] = A_JUMP, moments.head[MOMENT_SINCE]
-    end_trial(trial)
+    if trial.head[AGE] > 0.0:
+        stand_against(trial, moments.head[MOMENT_OVER_DRIFT])
     trial.head[ODDS] = moments.head[MOMENT_ODDS]
     calm(parts.sums)
     forget_moments(moments)
@@ -251,7 +253,7 @@ def adapt_auto(memory, state, e, R, view):
     elif looks_back:
         over_bank, share = log(slow[WEIGHT] / slow_weight), 1.0 - own.logs[M + 4]
         add_up(parts.moments, view.psi, slow_e, slow_T, slow_s2, share, over_bank)
-        if look_back(memory, parts.moments, own.bank, drift.unit, drift.q):
+        if look_back(memory, parts.moments, own.bank, drift.unit, drift.q, level_on_trial(trial)):
             tell_moment(memory, parts, view)
     head[RHO], head[IS_ISOLATED] = rho, 1.0 if head[CLEAN] >= ISOLATED else 0.0
     head[CLEAN] = 0.0 if rho > 0.5 else head[CLEAN] + 1.0

@@ -180,8 +180,11 @@ def most_lessened(memory, moments, unit):
 
 
 @kernel
-def look_back(memory, moments, bank, unit, q):
-    """Every fourth sample: say whether a jump is to be told; keep the sums, and ``q``, the variances of drift."""
+def look_back(memory, moments, bank, unit, q, level):
+    """Every fourth sample: say whether a jump is to be told; keep the sums, and ``q``, the variances of drift.
+
+    ``level`` are the log odds of another level of the noise against the bank, as a trial has them.
+    """
     head, N, M, most = moments.head, unit.size, memory.levels.size, 0.0
     count = int(head[COUNTED])
     if count % STEP != 0:
@@ -194,7 +197,7 @@ def look_back(memory, moments, bank, unit, q):
                 most = max(most, lessens(moments, row, unit, i))
     if most > WORTH * own_sigma2(memory, own):
         weigh_moments(memory, moments, own, unit)
-        if head[ODDS] > 1.0 and head[OVER_DRIFT] > MOMENT_BY_DRIFT:
+        if head[ODDS] > 1.0 and head[OVER_DRIFT] > max(level, MOMENT_BY_DRIFT):
             return True
     row = kept_at(moments, 0, M)
     row.head[ROW_ENERGY], row.head[ROW_AMOUNT], row.head[ROW_BESIDE] = head[ENERGY], head[AMOUNT], head[BESIDE]

@@ -114,6 +114,24 @@ def reconsider(trial, prior):
     return NO_JUMP if same > max(level, JUMP_ODDS) else NOTHING
 
 
+@rare
+def stand_against(trial, odds):
+    """Let a trial go on beside a jump of these log odds against the bank that another has told."""
+    head = trial.head
+    head[BESIDE] += odds
+    trial.found[FREED] = IMPOSSIBLE
+    for k in range(COPIES):
+        trial.shown[k] = trial.moved[k] = 0.0
+    head[AGE] = 1.0
+
+
+@kernel
+def level_on_trial(trial):
+    """Return the log odds of another level of the noise against the bank, IMPOSSIBLE where none is tried."""
+    head = trial.head
+    return trial.found[LEVEL] + log(RATE * head[GAP]) - head[BESIDE] if head[AGE] > 0.0 else IMPOSSIBLE
+
+
 @kernel
 def weigh_up(shown, moved, shy):
     """Turn log odds of the copies against the bank into probabilities, and into shares in the mean that is shown."""
@@ -175,13 +193,10 @@ def follow(memory, trial, learner, bank, dense, unit, what):
     if what == A_JUMP:  # what stood against it may still be right
         if k == SAME:
             move_alone(trial, unit, -1.0)
-        trial.head[BESIDE] = max(trial.found[FREED], trial.found[SAME] + trial.head[ALONE]) + log(
-            RATE * trial.head[GAP]
-        )
-        trial.found[FREED] = IMPOSSIBLE
-        for k in range(COPIES):
-            trial.shown[k] = trial.moved[k] = 0.0
-    trial.head[AGE] = 1.0 if what == A_JUMP else 0.0
+        best = max(trial.found[FREED], trial.found[SAME] + trial.head[ALONE]) + log(RATE * trial.head[GAP])
+        stand_against(trial, best - trial.head[BESIDE])
+    else:
+        trial.head[AGE] = 0.0
     return since
 
 
