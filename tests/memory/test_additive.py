@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import driftwise as dw
+from driftwise.estimators.arx.gaps import tell_kind_of_last
 from driftwise.memory.additive import exchange, open_past, pass_kinds, past_size, share_additive, weigh_kinds
 from driftwise.memory.auto_state import open_parts
 
@@ -115,3 +116,46 @@ def test_gaps_do_not_mix_up_the_kinds():
         y, u, off = record(5, kind)
         y[(np.random.default_rng(1).random(len(y)) < 0.1) & ~off] = np.nan
         assert least < share_of(dw.ARX(2, 1, memory=dw.AutoMemory()).scan(y, u)) < most
+
+
+@pytest.mark.parametrize("measured", [3.0, -3.0])
+@pytest.mark.parametrize("follows", ["expected", "measured"])
+def test_the_kind_of_an_outlier_is_told_by_what_follows_before_anything_is_learnt_of_it(measured, follows):
+    """By Bayes' rule, dense; a kind that is improbable is left out, and the regressor then is known."""
+    rng = np.random.default_rng(7)
+    theta, P, R, s2, expected, wrong, own = np.array([-0.9, 0.3, 0.5]), 0.02 * np.eye(3), 1.0, 0.09, 0.2, 0.7, 0.1
+    off, rest = measured - expected, rng.normal(0, 0.3, 2)
+    ys, S = np.array([measured - wrong * off, -rest[0]]), np.zeros(4)
+    S[0] = wrong * ((1 - wrong) * off**2 + own)
+    mean = {what: np.array([-v, *rest]) @ theta for what, v in (("expected", expected), ("measured", measured))}
+    y = mean[follows] + 0.1
+
+    def likelihood(what, noise):
+        psi = np.array([-dict(expected=expected, measured=measured)[what], *rest])
+        T = psi @ P @ psi + noise
+        return np.exp(-((y - psi @ theta) ** 2) / (2 * s2 * T)) / np.sqrt(T) + 0.01 / np.sqrt(T + 400 * noise)
+
+    each = wrong * likelihood("expected", R + own * theta[0] ** 2 / s2), (1 - wrong) * likelihood("measured", R)
+    after = each[0] / sum(each)
+    assert min(after, 1 - after) < 0.1
+    psi, scratch = np.array([-ys[0], *rest]), np.zeros((2, 3))
+    U, D = np.zeros(3), np.full(3, 0.02)
+    assert tell_kind_of_last(S, ys, measured, expected, y, theta, U, D, psi, *scratch, R, s2)
+    assert ys.tolist() == pytest.approx([expected if follows == "expected" else measured, -rest[0]])
+    assert S.tolist() == pytest.approx([own if follows == "expected" else 0.0, 0.0, 0.0, 0.0])
+    assert not tell_kind_of_last(S, ys, np.nan, np.nan, y, theta, U, D, psi, *scratch, R, s2)
+
+
+@pytest.mark.parametrize(("kind", "most"), [("process", 1.15), ("sensor", 1.15)])
+def test_rows_behind_an_outlier_are_learnt_from(kind, most):
+    """The plant is known as well as by least squares that are told which outputs were wrong, or nearly so."""
+    ours, told = [], []
+    for seed in range(20):
+        y, u, off = record(seed, kind, size=30.0)
+        found = dw.ARX(2, 1, memory=dw.AutoMemory()).scan(y, u).parameters[-1]
+        psi = np.column_stack([-y[1:-1], -y[:-2], u[1:-1]])
+        right = ~off[2:] if kind == "process" else ~(off[2:] | off[1:-1] | off[:-2])
+        least = np.linalg.lstsq(psi[right], y[2:][right], rcond=None)[0]
+        ours.append(found - [*A, *B])
+        told.append(least - [*A, *B])
+    assert np.sqrt(np.mean(np.square(ours)) / np.mean(np.square(told))) < most

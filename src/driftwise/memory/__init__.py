@@ -33,6 +33,7 @@ _HOME = {
     "found_jump": "registry",
     "outlier_probability": "registry",
     "additive_share": "registry",
+    "doubted_output": "registry",
     "on_alarm": "registry",
     "time_update": "registry",
     "resolve": "registry",

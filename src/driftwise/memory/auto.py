@@ -17,6 +17,7 @@ from .auto_answers import (
     additive_share_auto,
     begin_auto,
     count_auto,
+    doubted_output_auto,
     found_jump_auto,
     mixture_auto,
     outlier_probability_auto,
@@ -31,6 +32,7 @@ from .registry import (
     additive_share,
     begin,
     count,
+    doubted_output,
     found_jump,
     mixture,
     outlier_probability,
@@ -147,6 +149,7 @@ adapt.on(AutoMemoryKernel)(adapt_auto)
 count.on(AutoMemoryKernel)(count_auto)
 outlier_probability.on(AutoMemoryKernel)(outlier_probability_auto)
 additive_share.on(AutoMemoryKernel)(additive_share_auto)
+doubted_output.on(AutoMemoryKernel)(doubted_output_auto)
 found_jump.on(AutoMemoryKernel)(found_jump_auto)
 time_update.on(AutoMemoryKernel)(time_update_auto)
 mixture.on(AutoMemoryKernel)(mixture_auto)

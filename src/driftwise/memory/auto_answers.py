@@ -312,6 +312,15 @@ def additive_share_auto(memory, state):
 
 
 @kernel
+def doubted_output_auto(memory, state):
+    """Return the last output, as measured and as expected, if it was an outlier of a plant that goes on from some."""
+    past = open_parts(memory, state, memory.cap.size).past
+    if memory.past > 0.0 and past.rho[0] > 0.0:
+        return past.measured[0], past.expected[0]
+    return math.nan, math.nan
+
+
+@kernel
 def found_jump_auto(memory, state, detector_state):
     """Tell a jump, and when the trial that found it began; none a second time that was told late."""
     parts = open_parts(memory, state, memory.cap.size)

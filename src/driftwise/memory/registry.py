@@ -1,7 +1,7 @@
 """What a memory is: settings, and the answers it gives an estimator; what it does not say itself is the plain answer.
 
-A memory is a named tuple. Kernels ask it the nine questions below, each by the type of the memory: ``adapt.on(Mine)``
-adds an answer, and makes ``Mine`` a memory. Who does not answer gives the plain one, the body of the function. A tenth,
+A memory is a named tuple. Kernels ask it the questions below, each by the type of the memory: ``adapt.on(Mine)`` adds
+an answer, and makes ``Mine`` a memory. Who does not answer gives the plain one, the body of the function. One more,
 `resolve`, is asked once, in plain Python. What a memory remembers are so many numbers of the state row, zero at first,
 as its method ``state_size(parameters)`` says; without that method there are none.
 """
@@ -139,7 +139,7 @@ def question(prototype: Callable) -> Any:
     return choice(prototype, MEMORIES)
 
 
-# --- the nine questions, in the order of a sample, and the tenth -------------------------------------------------
+# --- the questions, in the order of a sample, and one more --------------------------------------------------------
 
 
 @question
@@ -245,6 +245,25 @@ def additive_share(memory, state):
     1.0
     """
     return 1.0
+
+
+@question
+def doubted_output(memory, state):
+    """Return the last output, as measured and as it was expected, if it is taken for an outlier. Plain: NaN, none is.
+
+    What comes next tells of which kind it was: wrong in what was measured alone, or what the plant goes on from.
+
+    Parameters
+    ----------
+    memory, state : as for `begin`
+
+    Examples
+    --------
+    >>> import numpy as np, driftwise as dw
+    >>> dw.memory.doubted_output(dw.Constant(), np.zeros(0))
+    (nan, nan)
+    """
+    return math.nan, math.nan
 
 
 @question

@@ -3,10 +3,19 @@
 For known parameters this is the Kalman filter of A(q) y = B(q) u + e. Where nothing is missing S is zero, and costs
 nothing. A negative variance is that of a measured y that may be a glitch of the sensor, or a jump of the plant: it is
 uncertain, but what comes next does not tell which, and does not correct it.
+
+An outlier is wrong in what was measured alone, or the plant goes on from it (Fox 1972): what comes next tells which,
+before anything is learnt of it. A mixture of both would be a regressor that fits neither.
 """
 
+import math
+
 from ...engine.dispatch import kernel, rare
-from ...engine.ud import entry
+from ...engine.elementary import exp
+from ...engine.ud import entry, predicted_variance, project
+
+UNLIKELY = 0.1  # probability of a kind of outlier, below which it is the other one: what lies between fits neither
+WRONG, WIDER = 0.01, 400.0  # share of outliers, and times the variance of the noise: what follows one may be another
 
 
 @kernel
@@ -68,3 +77,42 @@ def pass_gap(S, ys, theta, g, y, y_variance, e, T):
         for i in range(n):
             g[i] = 0.0
     shift(S, n, -y_variance if e == e else y_variance, g)
+
+
+@kernel
+def likelihood_after(value, y, theta, U, D, psi, f, R, s2):
+    """Return the likelihood of y, but for a factor, if this value is the last output; psi[0] stays it."""
+    e = y
+    psi[0] = -value
+    for i in range(psi.size):
+        e -= psi[i] * theta[i]
+    project(U, psi, f)
+    T = predicted_variance(f, D, R)
+    return exp(-0.5 * e * e / (s2 * T)) / math.sqrt(T) + WRONG / math.sqrt(T + WIDER * R)
+
+
+@rare
+def tell_kind_of_last(S, ys, measured, expected, y, theta, U, D, psi, f, g, R, s2):
+    """Let y tell whether the last output was wrong or what the plant goes on from; say whether it was in doubt.
+
+    It had been taken for a mixture of both, as likely as such outliers are; it and S become as sure as y makes them.
+    R is the variance of a sample over s2; f, g and psi[0] are scratch.
+    """
+    n, off = ys.size, measured - expected
+    if n == 0 or not (measured - ys[0]) * off > 0.0 or not S[0] > 0.0:
+        return False
+    top, wrong = S[0], min((measured - ys[0]) / off, 1.0)
+    own = max(top / wrong - (1.0 - wrong) * off * off, 0.0)  # variance of what was expected
+    for i in range(n):
+        g[i] = S[i]
+        S[i] = S[i * n] = 0.0
+    if not is_clear(S, n):
+        R += spread(S, theta[:n], U, D, 0, s2) / s2
+    additive = wrong * likelihood_after(expected, y, theta, U, D, psi, f, R + own * theta[0] * theta[0] / s2, s2)
+    wrong = additive / (additive + (1.0 - wrong) * likelihood_after(measured, y, theta, U, D, psi, f, R, s2))
+    if wrong < UNLIKELY or wrong > 1.0 - UNLIKELY:
+        wrong = 0.0 if wrong < UNLIKELY else 1.0
+    ys[0], S[0] = measured - wrong * off, wrong * ((1.0 - wrong) * off * off + own)
+    for i in range(1, n):
+        S[i] = S[i * n] = g[i] * math.sqrt(S[0] / top)
+    return True

@@ -14,6 +14,7 @@ from ..common.inputs import each_input
 SAMPLES, OBSERVED, STATUS, IN_A_ROW, COUNT, CHI2, LOGDET, SCORE, WEIGHT, TOP, PAST = range(11)  # of the head of a row
 PREDICT, HOLD, SKIP = range(3)  # what stands for a missing number among the regressors
 COLUMNS = RECURSIVE_SAMPLE.size(1, 0)
+FORMS: set[type] = set()  # every type of form that regresses
 HUGE = 1e60  # beyond this a product of four, and of a variance, would overflow
 
 
@@ -107,9 +108,20 @@ def open_scratch_lags(form, buffer):
     return Work(v[0], v[1], v[2], v[3], v[4], v[0], buffer[5 * N :])
 
 
-@choice
+def among_forms(prototype) -> Any:
+    """Turn a prototype into a question about forms, which it answers for those that have no answer of their own."""
+    return choice(prototype, FORMS)
+
+
+@among_forms
 def regress(form, state, scratch, s2):
     """Fill ``scratch.psi``; return the prediction and the variance that predicted regressors add to it."""
+
+
+@among_forms
+def tell_kind(form, method, memory, state, scratch, y, s2):
+    """Let y tell of which kind an outlier among the past outputs was; say whether there was one. Plain: none."""
+    return False
 
 
 @choice

@@ -17,6 +17,7 @@ from ...memory.registry import (
     additive_share,
     begin,
     count,
+    doubted_output,
     found_jump,
     mixture,
     on_alarm,
@@ -25,7 +26,7 @@ from ...memory.registry import (
 )
 from ...models.scale import freedom, sigma2
 from ..joint.step import DOUBTED, hold_input, predict_input
-from .gaps import is_clear, pass_gap, spread
+from .gaps import is_clear, pass_gap, spread, tell_kind_of_last
 from .methods import correct_by, view_of
 from .row import (
     CHI2,
@@ -50,6 +51,7 @@ from .row import (
     regress,
     renew,
     tell,
+    tell_kind,
     with_lags,
 )
 
@@ -110,6 +112,17 @@ def fill_lags(form, state, psi, s2):
 @regress.on(Lags)
 def regress_lags(form, state, scratch, s2):
     return fill_lags(form, state, scratch.psi, s2)
+
+
+@tell_kind.on(Lags)
+def tell_kind_lags(form, method, memory, state, scratch, y, s2):
+    if form.missing != PREDICT:
+        return False
+    measured, usual = doubted_output(memory, state.memory_state)
+    return tell_kind_of_last(
+        state.ys_covariance, state.ys, measured, usual, y, state.theta, state.U, state.D, scratch.psi, scratch.f,
+        scratch.b, method.R, s2,
+    )  # fmt: skip
 
 
 @kernel
@@ -205,7 +218,12 @@ def advance_lags(form, method, memory, gate, scale, detector, state, scratch, y,
         alarm = watch(detector, state.detector_state, e / spread, scratch.slope)
 
     # correct
-    surprise = np.nan
+    surprise, foreseen, variance_foreseen = np.nan, e, 0.0
+    if is_used and regressor_variance > 0.0 and tell_kind(form, method, memory, state, scratch, z, s2):
+        said, regressor_variance = regress(form, state, scratch, s2)
+        e, R, variance_foreseen = z - said, method.R + regressor_variance / s2, s2 * T
+        project(U, psi, scratch.f)
+        T = predicted_variance(scratch.f, D, R)
     if is_used:
         T = correct_by(method, memory, state, e, R, s2, z, scratch)
         if T > 0.0:
@@ -216,7 +234,10 @@ def advance_lags(form, method, memory, gate, scale, detector, state, scratch, y,
             )
             alarm += found_jump(memory, state.memory_state, state.detector_state)
             head[LOGDET] += log_of_ratio(T) if T != 1.0 else 0.0  # one: of a gain that knows no covariance
-            head[SCORE] -= 0.5 * (log(2.0 * math.pi * s2 * T) + surprise)
+            if variance_foreseen > 0.0:
+                head[SCORE] -= 0.5 * (log(2.0 * math.pi * variance_foreseen) + foreseen * foreseen / variance_foreseen)
+            else:
+                head[SCORE] -= 0.5 * (log(2.0 * math.pi * s2 * T) + surprise)
         else:
             status |= EXACT if T == 0.0 else SKIPPED
             T = -T
@@ -246,7 +267,7 @@ def advance_lags(form, method, memory, gate, scale, detector, state, scratch, y,
     status |= renew(form, state, scratch, z, y_variance, seen, s2 * T)
     tell(form, memory, state, scratch, view_of(state, scratch, s2, surprise))
 
-    out[t, 0], out[t, 1], out[t, 2] = yhat, e, s2 * T
+    out[t, 0], out[t, 1], out[t, 2] = yhat, foreseen, variance_foreseen if variance_foreseen > 0.0 else s2 * T
     if out.shape[1] >= COLUMNS:
         out[t, 4], out[t, 5] = head[WEIGHT], state.detector_state[STATISTIC]
         out[t, 6], out[t, 7] = alarm * state.detector_state[SINCE], state.detector_state[WHICH]
