@@ -62,3 +62,13 @@ def test_the_end_of_a_precise_start_begins_no_manoeuvre():
         false += int(dw.TrackEstimator("aircraft").scan(np.arange(60.0), y).onset.sum())
         quiet += 60
     assert false <= 0.004 * quiet
+
+
+def test_brakes_among_plots_that_err_are_told():
+    """Three of eight were: what courses forgot of an acceleration in five plots was more than those had shown."""
+    told = []
+    for number in range(20):
+        time, plots, brakes = fly(np.random.default_rng([77 + number // 10, number % 10]), 1.0, 50.0, 3.0, True)
+        onsets = time[dw.TrackEstimator("aircraft").scan(time, plots).onset]
+        told += [bool(np.any((onsets >= begin) & (onsets <= end + AFTER))) for begin, end in brakes]
+    assert np.mean(told) > 0.45
