@@ -323,7 +323,7 @@ def test_a_gain_that_jumps_is_no_line():
     assert low <= 263 <= high and told[0].after / told[0].before == pytest.approx(2, rel=0.3)
 
 
-@pytest.mark.parametrize("number", [15, 65])
+@pytest.mark.parametrize("number", [15, 154, 236])
 def test_a_walk_beside_white_noise_is_no_step_where_even_odds_tell_one(number, monkeypatch):
     seen = hindsight(*wandering(621, number, WALK))
     assert not seen.jumps()

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from .change_effects import LEVEL, kinds
 from .change_places import colourless, look_for, place, sized, under_each_noise, worth
 from .change_search import lines, wave
@@ -11,11 +13,12 @@ from .noise_jumps import LEAST, SURE
 from .onsets import abrupt
 from .response import Response
 from .response_mean import dies_out
-from .response_orders import begun_at, cleaned, likeliest, orders, plainest, respond, without_outliers
+from .response_orders import begun_at, cleaned, lags, likeliest, linear, orders, plainest, respond, without_outliers
 from .response_record import Record
 from .seasonal_level import beside_seasons
 
 STARTS = 2  # changes beside which a response is begun
+LATE, CREEPS = 4, 0.2  # samples that an input is waited for; part of its variance that it moves by in one, at most
 SLOW = 8.0  # time constants in a record, at most, of a mode that may be but a step beside an input that walks
 
 
@@ -38,9 +41,10 @@ def beginnings(record: Record, seasons: tuple[int, ...] = ()) -> list[Response]:
     for one in beside_seasons(plain, bare, seasons):
         if (more := orders(one)) and (best := cleaned(likeliest(more))).criterion < bare.criterion:
             plain, found, bare = one, more, best
-    begun = [respond(one) for one in (*beside_changes(plain, found), *beside_lines(plain, found))]
-    likelier = [one for one in begun if one is not None and one.dated_criterion < bare.criterion]
-    return [bare, *sorted(likelier, key=lambda one: one.dated_criterion)[:1], *quicker(bare, found)]
+    begun = [some for one in (*beside_changes(plain, found), *beside_lines(plain, found)) if (some := orders(one))]
+    likely = sorted(((cleaned(likeliest(some)), some) for some in begun), key=lambda pair: pair[0].dated_criterion)
+    taken = [(bare, found), *(pair for pair in likely[:1] if pair[0].dated_criterion < bare.criterion)]
+    return [one for best, some in taken for one in (best, *quicker(best, some))]
 
 
 def quicker(bare: Response, found: list[Response]) -> list[Response]:
@@ -53,6 +57,23 @@ def quicker(bare: Response, found: list[Response]) -> list[Response]:
     return [cleaned(likeliest(quick))] if quick else []
 
 
+def prompt(plain: Response, found: list[Response]) -> list[Response]:
+    """Return a response that answers at once, where an order waits for an input that walks.
+
+    What such an input was long ago falls where it may, as a level does.
+    """
+    waits = {i for one in found for i, late in enumerate(one.nk) if late >= LATE and creeps(one.moved(i))}
+    if not waits:
+        return []
+    late = tuple(0 if i in waits else d for i, d in enumerate(min(found, key=lambda one: one.criterion).nk))
+    return [linear(plain, [], late, lags(0)).settled(1)]
+
+
+def creeps(x) -> bool:
+    """Say whether a signal hardly moves from one sample to the next, for all that it moves."""
+    return float(np.mean(np.diff(x) ** 2)) < CREEPS * float(np.var(x))
+
+
 def is_slow(now: Response) -> bool:
     """Say whether a mode of a response takes more than a part of the record to die out."""
     return len(now.a) > 0 and not dies_out(now.a.tolist(), math.exp(-SLOW / len(now.used)))
@@ -63,7 +84,7 @@ def beside_changes(plain: Response, found: list[Response]) -> list[Response]:
 
     They are looked for under each noise and under a white one: what a noise has taken for its colour is there alone.
     """
-    looks = [look for one in found for look in under_each_noise(one)]
+    looks = [look for one in (*found, *prompt(plain, found)) for look in under_each_noise(one)]
     places = [(place(look, kind, i, least=SURE), kind, i) for look in looks for kind, i in kinds(look)]
     sure = sorted((-where.log_odds, where.at, kind, i) for where, kind, i in places if where is not None)
     taken = list[tuple[int, str, int]]()

@@ -20,6 +20,7 @@ LONG = 8192  # samples from which on changes are dated by scores alone, and outl
 LIKELY = 10.0  # nats from the likeliest place within which others are looked at as closely
 ROUND_OFF = 1e-9  # of what a change takes
 KNOWN = 0.7  # of the size of what is left beside white noise, to which a level that is fitted anew must bring it
+SETTLES = 1.5, 3.0, 6.0, 12.0, 24.0, 48.0  # samples, of a level that begins elsewhere and comes back
 ENDS = 0.5  # log odds that the ends of a grid may add
 
 
@@ -91,7 +92,8 @@ def _look_for(now: Response, kind: str, i: int, hint: int) -> Look | None:
     if n < 2 * LEAST + 1:
         return None
     edge = min(LEAST, n // EDGE)  # what a plant begins with looks like a step
-    first, last = edge, min(edge, ENOUGH * NUMBERS[kind])
+    last = min(edge, ENOUGH * NUMBERS[kind])
+    first = last if kind == LEVEL else edge
     if kind == SPEED:  # few moves say little of how fast a plant is
         first = last = n // EDGE
     low, high = int(rows[first]), int(rows[n - last])
@@ -237,8 +239,26 @@ def standing(now: Response, part: str, j: int) -> Place | None:
     lost = max(other.loss() - now.loss(), 0.0)
     least = found.whole - max(found.taken - lost, 0.0) / found.calm
     stays = beside_shock(other, found.at) - now.loss()  # by few samples: their scores have no long run
+    if part == "levels" and found.at < early(now):
+        stays = min(stays, beside_settling(now, j, other) / found.calm)
     slow = min(found.slow, least)
     return found._replace(log_odds=min(slow, stays), slow=slow)
+
+
+def early(now: Response) -> int:
+    """Return the row before which what a plant begins with looks like a step."""
+    return int(now.rows[min(LEAST, len(now.rows) // EDGE)])
+
+
+def beside_settling(now: Response, j: int, other: Response) -> float:
+    """Return the log odds of the j-th step of a level to a level that settles: which begins elsewhere, and comes back.
+
+    ``other`` : the response without the step
+    """
+    t = np.maximum(np.arange(len(now.used)) - now.record.first, 0)
+    ways = [other.with_columns(np.exp(-t / tau)[None]).refined() for tau in SETTLES]
+    best = min(ways, key=lambda one: one.loss()).settled(1)
+    return 0.5 * (best.criterion - now.criterion) - math.log(early(now))
 
 
 def beside_shock(now: Response, at: int) -> float:

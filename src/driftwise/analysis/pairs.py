@@ -10,7 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from .change_effects import GAIN, LEVEL, NUMBERS, effects, kinds
-from .change_places import APART, LONG, NEAR, Place
+from .change_places import APART, LONG, NEAR, Place, located
+from .noise_jumps import SURE
 from .response import Response
 from .response_orders import cleaned
 
@@ -89,9 +90,16 @@ def joined(now: Response) -> Response:
             if set(pair.ones) == set(group):
                 continue
             other = cleaned(beside(less, pair.ones).settled(1))
-            if other.dated_criterion < now.dated_criterion - 1e-9:
+            if other.dated_criterion < now.dated_criterion - 1e-9 and (len(group) > 1 or are_sure(other, pair.ones)):
                 now = other
     return now
+
+
+def are_sure(now: Response, ones) -> bool:
+    """Say whether a response has changes, each of which is sure beside the other: they stand for one that was."""
+    has = set(changes(now))
+    places = (located(now, *one.of(now)) if one in has else None for one in ones)
+    return all(where is not None and where.log_odds > SURE for where in places)
 
 
 def without(now: Response, group) -> Response:

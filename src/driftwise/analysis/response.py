@@ -150,13 +150,14 @@ class Response(Whitened):
     def criterion(self) -> float:
         """Schwarz's: less is better, of responses of one record; an outlier counts as a sample at that distance.
 
-        Delays cost what whole numbers do.
+        Delays cost what whole numbers do; what waits for inputs before the record is no nearer to the mean than it is.
         """
         s, measured = self.spread, self.measured
         misfit = 2 * float(np.mean(np.log(s))) + 2 * self.loss() / max(len(self.rows), 1)
         misfit += (measured - int(self.used.sum())) / measured * (2 * HUBER * FAR - HUBER**2)
         numbers = (len(self.theta) + len(self.f)) * math.log(measured)
-        return measured * misfit + numbers + 2 * float(cost(self.nk).sum())
+        before, size = self.loudness_before
+        return measured * misfit + before * math.log(size) + numbers + 2 * float(cost(self.nk).sum())
 
     @property
     def dated_criterion(self) -> float:

@@ -15,6 +15,8 @@ from .response_mean import Mean
 from .response_record import HUBER, huber
 from .scattered_noise import Bridge, bridge
 
+FEW = 6  # samples, of which no variance is asked
+
 
 @dataclass(frozen=True, kw_only=True)
 class Whitened(Mean):
@@ -34,15 +36,42 @@ class Whitened(Mean):
     def rows(self) -> np.ndarray:
         """The samples that count: used, and not the first ones, by which the noise is whitened."""
         if "rows" not in self.cache:
-            clear = self.used.copy()
-            for j in range(1, len(self.f) + 1 if not self.record.is_scattered else 1):
-                clear[j:] &= self.used[:-j]
-                clear[:j] = False
-            if self.gaps is not None:
-                clear[self.gaps.at] = True
-            clear[: max(max(self.nk, default=0) + self.b.shape[1] - 1, 0)] = False  # driven by inputs before the record
-            self.cache["rows"] = np.flatnonzero(clear)
+            found = self._seen()
+            self.cache["rows"] = found[np.searchsorted(found, self.waits) :]
         return self.cache["rows"]
+
+    @property
+    def waits(self) -> int:
+        """How many of the first samples are driven by inputs before the record."""
+        return max(max(self.nk, default=0) + self.b.shape[1] - 1, 0)
+
+    def _seen(self) -> np.ndarray:
+        """Return the samples that count wherever the inputs before are known."""
+        seen = self.used.copy()
+        for j in range(1, len(self.f) + 1 if not self.record.is_scattered else 1):
+            seen[j:] &= self.used[:-j]
+            seen[:j] = False
+        if self.gaps is not None:
+            seen[self.gaps.at] = True
+        return np.flatnonzero(seen)
+
+    @property
+    def loudness_before(self) -> tuple[int, float]:
+        """How many samples wait for inputs before the record, and their variance about a level of their own.
+
+        The variance is in that of the white noise, and no less.
+        """
+        if self.waits < FEW or self.record.is_scattered:
+            return 0, 1.0
+        rows = self._seen()
+        rows = rows[: np.searchsorted(rows, self.waits)]
+        if self.gaps is not None:
+            rows = np.setdiff1d(rows, self.gaps.at)
+        if len(rows) < FEW:
+            return 0, 1.0
+        left = np.where(self.used, self.record.y - self.mean, 0.0)[: self.waits]
+        left = (linear_filter(self.white, [1.0], left) / self.sigma[: self.waits])[rows]
+        return len(rows), max(2 * huber(left - np.median(left)) / len(rows), 1.0)
 
     @property
     def bridge(self) -> Bridge | None:
