@@ -83,7 +83,7 @@ def seen(x, beside, which, halves=None) -> Seen:
     gram = np.einsum("ib,mij,jc->mbc", beside, left, beside, optimize=True) + np.eye(beside.shape[1]) / FOLLOWS
     root = np.linalg.cholesky(gram)
     told = np.linalg.solve(root, (white @ beside)[..., None])[..., 0]
-    others = np.linalg.solve(root, (steps @ beside.astype(np.float32)).transpose(0, 2, 1)).astype(np.float32)
+    others = (np.linalg.inv(root) @ (steps @ beside.astype(np.float32)).transpose(0, 2, 1)).astype(np.float32)
     constant = constant - np.log(np.diagonal(root, axis1=1, axis2=2)).sum(axis=1)
     constant = constant - 0.5 * beside.shape[1] * math.log(FOLLOWS)
     along = along - np.einsum("mq,mqd->md", told.astype(np.float32), others)
