@@ -11,6 +11,8 @@ import tokenize
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from driftwise.engine.translate.bodies import parsed
+
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = ROOT / "src" / "driftwise"
 
@@ -45,7 +47,7 @@ class Fact(NamedTuple):
 def sources(root: Path = PACKAGE) -> dict[str, tuple[str, ast.Module]]:
     """Return text and syntax of every file, by its path inside the package."""
     paths = sorted(root.rglob("*.py"))
-    return {p.relative_to(root).as_posix(): (text := p.read_text(), ast.parse(text)) for p in paths}
+    return {p.relative_to(root).as_posix(): (text := p.read_text(), parsed(text)) for p in paths}
 
 
 def own() -> dict[str, tuple[str, ast.Module]]:

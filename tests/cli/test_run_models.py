@@ -237,7 +237,7 @@ def test_columns_that_nobody_named_are_recognised_for_a_model_that_was(call, tmp
     assert late == [T // 2 + 3] and abs(a1["value"] + 0.8) < a1["std"]
     assert call("run", tmp_path / "t.csv", "--model", "arx:1,1", "--offset", "mean", "--json", result)[0] == 0
     found = json.loads(result.read_text())  # means belong to no regime
-    assert len(found["jumps"]) == 8 and found["summary"]["parameters"][1]["value"] < 0
+    assert len(found["jumps"]) == 9 and found["summary"]["parameters"][1]["value"] < 0
 
 
 def test_a_model_of_columns_that_leave_it_open_is_asked_about(call, tmp_path):

@@ -25,5 +25,5 @@ def test_what_is_told_near_the_beginning_counts_and_steady_rigs_are_long():
 
 
 def test_small_moves_of_columns_that_answer_do_nothing_and_those_of_inputs_do_what_is_said():
-    assert do_nothing(hindsight(*answering(0, 4, FAULT)[:2]))
+    assert do_nothing(hindsight(*answering(0, 5, FAULT)[:2]))
     assert not do_nothing(hindsight(*answering(0, 6, INPUTS)[:2]))

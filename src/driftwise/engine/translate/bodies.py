@@ -65,13 +65,13 @@ def _source(file: str, code) -> Source:  # by its file, too: codes are equal whe
 def _definitions(text: str) -> dict[int, ast.FunctionDef]:
     """Return all functions of a file by their first lines, decorators included."""
     found = {}
-    for node in ast.walk(_parsed(text)):
+    for node in ast.walk(parsed(text)):
         if isinstance(node, ast.FunctionDef):
             found[min([node.lineno, *(one.lineno for one in node.decorator_list)])] = node
     return found
 
 
-def _parsed(text: str) -> ast.Module:
+def parsed(text: str) -> ast.Module:
     """Return the syntax of a text; up to Python 3.12 another thread that parses, too, may cost a try or two."""
     for _ in range(9):
         with suppress(SystemError):  # "AST constructor recursion depth mismatch": its count is of all threads
@@ -82,7 +82,7 @@ def _parsed(text: str) -> ast.Module:
 def _alone(code, file: str, line: int) -> ast.FunctionDef:
     """Return the syntax of a function whose file cannot be read as a whole."""
     try:
-        tree = _parsed(textwrap.dedent(inspect.getsource(code)))
+        tree = parsed(textwrap.dedent(inspect.getsource(code)))
     except (OSError, SyntaxError) as trouble:
         raise Refusal(f"the source of {code.co_qualname} is not to be had ({trouble})", file, line) from None
     found = next((node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)), None)
