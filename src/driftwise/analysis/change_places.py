@@ -91,7 +91,7 @@ def _look_for(now: Response, kind: str, i: int, hint: int) -> Look | None:
     rows, n = now.rows, len(now.rows)
     if n < 2 * LEAST + 1:
         return None
-    edge = min(LEAST, n // EDGE)  # what a plant begins with looks like a step
+    edge = beginning(n)
     last = min(edge, ENOUGH * NUMBERS[kind])
     first = last if kind == LEVEL else edge
     if kind == SPEED:  # few moves say little of how fast a plant is
@@ -245,9 +245,14 @@ def standing(now: Response, part: str, j: int) -> Place | None:
     return found._replace(log_odds=min(slow, stays), slow=slow)
 
 
+def beginning(n: int) -> int:
+    """Return in how many of n rows what a plant begins with looks like a step."""
+    return min(LEAST, n // EDGE)
+
+
 def early(now: Response) -> int:
-    """Return the row before which what a plant begins with looks like a step."""
-    return int(now.rows[min(LEAST, len(now.rows) // EDGE)])
+    """Return the row before which that is so."""
+    return int(now.rows[beginning(len(now.rows))])
 
 
 def beside_settling(now: Response, j: int, other: Response) -> float:
