@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from ..results.numbers import odds_words, percent
+from ..results.numbers import listed, odds_words, percent
 from .answer_times import Slowed, slowed_by
 from .change_effects import SPEED
+from .events import Event, samples
 from .growing_noise import STEADY
 from .noise_jumps import LEAST
 from .segmentation import ALL, GAIN, LEVEL, Hindsight, Jump, Visible, hindsight
@@ -32,11 +33,13 @@ class Change:
     moved: str
     input: int = -1  # whose gain it was
     share: str = ""  # what moved, as a share of what it was: where the gain itself is not known
+    events: tuple[Event, ...] = ()  # what was done then
 
     @property
     def what(self) -> str:
         """What moved, and the odds, without the time."""
-        return f"{self.moved} (odds {odds_words(self.odds)})"
+        done = f", when {listed(list(map(str, self.events)))}" if self.events else ""
+        return f"{self.moved}{done} (odds {odds_words(self.odds)})"
 
     def spans_any(self, times) -> bool:
         """Whether it may have happened at one of some times."""
@@ -46,9 +49,10 @@ class Change:
 class ChangeLog:
     """Changes of a record that comes in pieces; the end of the last piece is looked at together with the next."""
 
-    def __init__(self, inputs=(), is_held=False, seasons: tuple[int, ...] = (), table: Any = None):
+    def __init__(self, inputs=(), is_held=False, seasons: tuple[int, ...] = (), table: Any = None, events=()):
         self.table = table  # which says how long so many seconds are
         self.seasons = seasons  # that the level may have, or with which the noise comes and goes, in samples
+        self.events: tuple[Event, ...] = events  # which the table says that were done
         self.inputs, self.count = inputs, 0
         self.changes: list[Change] = []
         self.is_held = is_held  # whether inputs are known at some rows alone, and were held between them
@@ -69,7 +73,7 @@ class ChangeLog:
         first = self.samples - before
         known = -math.inf if self.last is None else self.last.since + 2 * LEAST
         readings = [u, unheld(y, u)] if self.is_held and u.shape[1] else [u]
-        self.hindsight = hindsight(y, *readings, seasons=self.seasons)
+        self.hindsight = hindsight(y, *readings, seasons=self.seasons, events=samples(self.events, time))
         for jump in self.hindsight.jumps() if self.hindsight else []:
             if jump.at + first > known:
                 self._tell(jump, first, time)
@@ -87,6 +91,7 @@ class ChangeLog:
             jump.at + first, float(time[jump.at]), (low + first, high + first), (float(time[low]), float(time[high])),
             math.exp(min(jump.log_odds, 700.0)), self._moved(jump), jump.input if jump.kind == GAIN else -1,
             self._moved(jump.as_factor()) if jump.kind == GAIN else "",
+            tuple(event for event in self.events if any(low <= at <= high for at in samples([event], time))),
         )  # fmt: skip
         self.count += 1
         self.changes = surest([*self.changes, self.last])

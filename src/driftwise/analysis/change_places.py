@@ -47,10 +47,12 @@ class Look(NamedTuple):
     """What a change takes off half the squares at some places: of a coarse grid, and of what is near the likeliest.
 
     seen : the samples at which one may be
+    events : those of them at which the table says that something was done
     left : (rows,) what it has to explain
     """
 
     seen: np.ndarray
+    events: np.ndarray
     left: np.ndarray
     grid: np.ndarray
     taken: np.ndarray
@@ -60,7 +62,15 @@ class Look(NamedTuple):
     @property
     def best(self) -> int:
         """The likeliest; of places without a row between them the last."""
-        return int(self.fine[np.flatnonzero(self.finer >= (1 - ROUND_OFF) * float(self.finer.max()))[-1]])
+        likely = self.finer + np.log(self.expected(self.fine))
+        return int(self.fine[np.flatnonzero(likely >= likely.max() - ROUND_OFF * self.finer.max())[-1]])
+
+    def expected(self, places) -> np.ndarray:
+        """Return how much likelier each of some places is beforehand than a sample at which nothing was done.
+
+        That something changed at one of the events is as likely as that it did at any sample.
+        """
+        return 1.0 + np.isin(places, self.events) * len(self.seen) / max(len(self.events), 1)
 
 
 def onsets_of(now: Response, kind: str, low: int, high: int) -> np.ndarray:
@@ -71,6 +81,12 @@ def onsets_of(now: Response, kind: str, low: int, high: int) -> np.ndarray:
     """
     every = np.arange(low, high + 1)
     return every if kind != LEVEL else every[now.used[low : high + 1]]
+
+
+def next_seen(seen, samples) -> np.ndarray:
+    """Return the first of those ``seen`` from each of some samples on, where one was before it, too."""
+    at = np.searchsorted(seen, [one for one in samples if seen[0] < one <= seen[-1]])
+    return seen[at.astype(int)]
 
 
 def look_for(now: Response, kind: str, i: int, hint: int = -1) -> Look | None:
@@ -104,19 +120,20 @@ def _look_for(now: Response, kind: str, i: int, hint: int) -> Look | None:
     if hint >= 0:
         about = int(np.searchsorted(seen, hint))
         grid = np.concatenate([grid, seen[max(about - NEAR // 4, 0) : about + NEAR // 4]])
-    own = [hint, *(now.speeds if kind == GAIN else (at for _, at in now.gains) if kind == SPEED else ())]
+    events = next_seen(seen, now.record.events)
+    own = [hint, *events, *(now.speeds if kind == GAIN else (at for _, at in now.gains) if kind == SPEED else ())]
     grid = apart(np.unique([*grid, *(at for at in own if low <= at <= high)]), others, own)
-    return looked(grid, seen, r, scanner(now, kind, i, r), others, own) if len(grid) else None
+    return looked(grid, seen, events, r, scanner(now, kind, i, r), others, own) if len(grid) else None
 
 
-def looked(grid, seen, r, scanned, others, own) -> Look:
+def looked(grid, seen, events, r, scanned, others, own) -> Look:
     """Return what a change takes at a grid of places, and near the likeliest of them."""
     taken = scanned(grid)
     best = int(np.argmax(taken))
     likely = np.flatnonzero(taken > taken[best] - LIKELY)
     looks = [between(seen, grid, *ends) for ends in ((best, best), (likely[0], likely[-1]))]
-    fine = apart(np.unique(np.concatenate([*looks, grid[best : best + 1]])), others, own)
-    return Look(seen, r, grid, taken, fine, scanned(fine))
+    fine = apart(np.unique(np.concatenate([*looks, grid[best : best + 1], events])), others, own)
+    return Look(seen, events, r, grid, taken, fine, scanned(fine))
 
 
 def place(now: Response, kind: str, i: int, hint: int = -1, least: float = -math.inf) -> Place | None:
@@ -125,8 +142,8 @@ def place(now: Response, kind: str, i: int, hint: int = -1, least: float = -math
     if found is None:
         return None
     most, tried = float(found.finer.max()), math.log(2 + len(now.b))
-    paid = NUMBERS[kind] * 0.5 * math.log(len(now.rows))
-    if not most > 0 or max(most, found.taken.max()) + ENDS - paid - tried < least:  # at most, with calm scores
+    paid, ends = NUMBERS[kind] * 0.5 * math.log(len(now.rows)), ENDS + math.log1p(len(found.events) > 0)
+    if not most > 0 or max(most, found.taken.max()) + ends - paid - tried < least:  # at most, with calm scores
         return None
     d, own = part_of(now, kind, i, found.best, found.left)
     return judged(found, kind, d, own, tried)
@@ -137,17 +154,18 @@ def judged(found: Look, kind: str, d, own, tried: float) -> Place:
 
     ``own`` (rows,) is what a unit of it does beside the level that moves with it, ``tried`` what its odds pay for.
     """
-    seen, r, grid, taken, fine, finer = found
+    seen, _, r, grid, taken, fine, finer = found
     n, at = len(r), found.best
     paid = NUMBERS[kind] * 0.5 * math.log(n)
     most = float(finer[fine == at][0])
     calm = max(long_run(d * (r - d)) / max(float(np.mean(d**2)), 1e-300), 1.0)
     lone = 0.5 * float(r[int(np.argmax(abs(d)))] ** 2)  # what a shock of one sample would explain
-    beside = (grid < fine[0]) | (grid > fine[-1])
-    where = np.concatenate([grid[beside], fine])
+    others = ~np.isin(grid, fine)
+    where = np.concatenate([grid[others], fine])
     order = np.argsort(where)
-    where, gain = where[order], np.concatenate([taken[beside], finer])[order] / calm
+    where, gain = where[order], np.concatenate([taken[others], finer])[order] / calm
     width = np.gradient(np.searchsorted(seen, where).astype(float)) if len(where) > 1 else np.ones(1)
+    width += found.expected(where) - 1.0
     weight = width * np.exp(gain - gain.max())
     total = np.cumsum(weight) / weight.sum()
     first, middle, last = (int(where[min(int(np.searchsorted(total, q)), len(where) - 1)]) for q in (0.025, 0.5, 0.975))
@@ -223,7 +241,8 @@ def located_speed(now: Response, j: int) -> Place | None:
     grid = apart(grid, np.delete(now.dates, len(now.levels) + len(now.gains) + j), own)
     if not len(grid):
         return None
-    found = looked(grid, seen, r, scanned, np.delete(now.dates, len(now.levels) + len(now.gains) + j), own)
+    events = next_seen(seen, now.record.events)
+    found = looked(grid, seen, events, r, scanned, np.delete(now.dates, len(now.levels) + len(now.gains) + j), own)
     if not found.finer.max() > 0:
         return None
     d = r - left(found.best)

@@ -279,16 +279,18 @@ class Finder:
         Time stamp (ISO 8601) of second 0, so that changes have dates.
     seasons : tuple of int, optional
         Samples of each season that the output may have; those that the clock suggests, if omitted.
+    events : tuple of Event, optional
+        What the table says that was done.
     """
 
-    def __init__(self, table: Table, origin: str | None = None, seasons: tuple[int, ...] | None = None):
+    def __init__(self, table: Table, origin: str | None = None, seasons: tuple[int, ...] | None = None, events=()):
         self.table, self.origin = table, origin
         seasons = of_table(table) if seasons is None else seasons
         self.identifier = Identifier(len(table.inputs), table.dt, seasons)
         self.summary: Any = None
         self.forecast_summary: Any = None
         self.own_summary: Any = None
-        self.log = ChangeLog(table.inputs, table.sampling.kind == "irregular", seasons, table)
+        self.log = ChangeLog(table.inputs, table.sampling.kind == "irregular", seasons, table, events)
 
     def add(self, time, y, u) -> tuple[AverageTrace, ParameterTrace]:
         """Take in the next piece; return its forecast and the trace of the chosen model."""

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..tables.autoread import gathered
 from .directions import read_settled
+from .events import events_of
 from .identification import Finder
 from .identifier import joined
 from .seasons import checked
@@ -68,7 +69,7 @@ def identify(
     """
     seasons = checked(season)
     table, stretches = read_settled(data, output, input, time, dt=dt)
-    finder = Finder(table, stretches.origin, seasons)
+    finder = Finder(table, stretches.origin, seasons, events_of(stretches.table.head, table))
     forecasts: list[Any] = []
     traces: list[Any] = []
     for piece in gathered(stretches):

@@ -49,9 +49,9 @@ class Units(NamedTuple):
         return self.y_scale * np.exp(share * level)
 
 
-def read(y, u) -> tuple[Record, Units]:
+def read(y, u, events=()) -> tuple[Record, Units]:
     """Return a record of an output in its units, y (T,) and u (T, k)."""
-    record, y_scale, y_middle, u_scale, u_middle = recorded(y, completed(y, u))
+    record, y_scale, y_middle, u_scale, u_middle = recorded(y, completed(y, u), events)
     return record, Units(y_scale, y_middle, u_scale, u_middle)
 
 

@@ -31,6 +31,7 @@ class Record:
     shapes: tuple[np.ndarray, ...]  # of each input (m, T), without a straight part
     floor: float  # what rounding leaves of the noise, at least
     is_scattered: bool = False  # few samples follow each other: each is whitened by the one before, if long ago
+    events: tuple[int, ...] = ()  # samples at which the table says that something was done
 
     @property
     def first(self) -> int:
@@ -38,7 +39,7 @@ class Record:
         return int(np.argmax(np.isfinite(self.y)))
 
 
-def recorded(y, u) -> tuple[Record, float, float, np.ndarray, np.ndarray]:
+def recorded(y, u, events=()) -> tuple[Record, float, float, np.ndarray, np.ndarray]:
     """Return y (T,) and u (T, k) about their middles in units of their deviations; deviation and middle of each.
 
     Readings that repeat themselves as no others do are the sensor's, not the plant's: they count as missing.
@@ -53,7 +54,8 @@ def recorded(y, u) -> tuple[Record, float, float, np.ndarray, np.ndarray]:
     middle = u.mean(axis=0)
     v = (u - middle) / u_scale
     record = Record(
-        (y - y_middle) / y_scale, v, tuple(shapes(x) for x in v.T), rounding(seen) / y_scale, is_scattered(y)
+        (y - y_middle) / y_scale, v, tuple(shapes(x) for x in v.T), rounding(seen) / y_scale, is_scattered(y),
+        tuple(events),
     )  # fmt: skip
     return record, y_scale, y_middle, u_scale, middle
 

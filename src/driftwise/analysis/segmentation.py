@@ -27,6 +27,7 @@ EDGE, BESIDE = 6, 5.0  # part of a record that is its edge; log odds that chance
 NOISE = "noise"
 # Log odds from which one is told, for what is slow looks like a level; and those to a walk: a gain's are seldom weak.
 TOLD = {LEVEL: math.log(1000.0), GAIN: SURE, SPEED: SURE}
+MARKED = SURE  # the same of a level at a date that the table marks: what is slow seldom steps just there
 AT_ONCE = {LEVEL: math.log(10.0), GAIN: 0.0, SPEED: 0.0}
 ALL = -1  # the input of a gain's jump that is one of the gains of all
 LARGER = 1.05 ** np.arange(40)  # than the least step of a level, what it is that no walk explains as well
@@ -93,7 +94,8 @@ class Hindsight(NamedTuple):
                 j = now.levels.index(since)
                 where = beside_moves(now, j, where)
                 step = float(now.more[now.placed()["levels"].start + j])
-                if where.log_odds > SURE and where.slow > TOLD[LEVEL] and is_sudden(now, "levels", j, where):
+                least = MARKED if where.middle in now.record.events else TOLD[LEVEL]
+                if where.log_odds > SURE and where.slow > least and is_sudden(now, "levels", j, where):
                     told = Jump(where.middle, where.interval, where.log_odds, LEVEL, 0, 0.0, units.size(step))
                     found.append(told._replace(share=units.share(step)))
                 continue
@@ -206,12 +208,14 @@ def after_the_one_before(seen, at: int) -> int:
     return int(seen[k - 1]) + 1 if k else at
 
 
-def hindsight(y, *readings, seasons: tuple[int, ...] = ()) -> Hindsight | None:
+def hindsight(y, *readings, seasons: tuple[int, ...] = (), events: tuple[int, ...] = ()) -> Hindsight | None:
     """Return what was found in a record, y (T,) and u (T, k); None where too few outputs were measured.
 
     Of several readings of what the inputs did, the one is taken under which y is likeliest before anything changes; so
     is the logarithm of y (`relative`).
     The level may have each of ``seasons``, in samples; noise that comes and goes with one is none that jumps.
+    That a level, a gain or a speed changed at one of the samples ``events`` is as likely beforehand as that it did at
+    any: an intervention (Box and Tiao, 1975).
 
     One response of all inputs beside coloured noise is fitted (`response`). A change is added where it explains most:
     a step of the level, of the gain of an input, or what is none: an input that bends, a gain that moves along a line,
@@ -225,7 +229,7 @@ def hindsight(y, *readings, seasons: tuple[int, ...] = ()) -> Hindsight | None:
     if np.isfinite(y).sum() <= 2 * LEAST:
         return None
     holds = held(seasons, int(np.isfinite(y).sum()))
-    records = [read(y, u) for u in readings]
+    records = [read(y, u, events) for u in readings]
     begun = [(beginnings(record, holds), units) for record, units in records]
     least = [misfit(*one) for one in begun]
     best = int(np.argmin(least))

@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from ..engine.holding import held
 from ..results.numbers import listed, odds_words
 from ..tables.cleaning import judged
 from ..tables.column_roles import SCORES, of_motion, parse
 from ..tables.recognise import Table
+from .events import clock_of
 from .seasons import of_table, unseasoned
 from .together import MOST_COLUMNS, Together, together
 
@@ -59,13 +59,6 @@ def unseasonal(columns: dict[str, np.ndarray], seasons) -> tuple[dict[str, np.nd
             levels[name] = x
         found[name] = usual if relative is None else relative
     return found, levels
-
-
-def clock_of(head: dict[str, Any], table: Table) -> np.ndarray:
-    """Return the times of the rows, their numbers where there is no clock."""
-    if table.time is None:
-        return np.arange(table.rows, dtype=float)
-    return held(table.count.time(np.asarray(head[table.time], float)))
 
 
 def is_news(one: Together, table: Table, moving=frozenset()) -> bool:

@@ -36,6 +36,7 @@ class AutomaticJob(RunOptions, RecordJob):
 
     def estimate(self) -> None:
         """Identify the table."""
+        from driftwise.analysis.events import events_of
         from driftwise.analysis.identification import Finder, all_columns
         from driftwise.analysis.table_together import together_of
         from driftwise.cli.downsample import PairDownsampler
@@ -46,7 +47,7 @@ class AutomaticJob(RunOptions, RecordJob):
         output = self.output[0] if self.output else None
         inputs = None if self.input is None else self.inputs
         table, segments = recognised(self, output, inputs)
-        finder = Finder(table, segments.origin, self.seasons)
+        finder = Finder(table, segments.origin, self.seasons, events_of(segments.table.head, table))
         with Saver(self.save) as saver, reading(segments.table.source, "identifying") as advance:
             try:
                 for piece in gathered(self._within(table, segments), self.chunk):
@@ -127,7 +128,10 @@ class AutomaticJob(RunOptions, RecordJob):
             },
             "quoted": "own_forecast" if found.is_alone else "forecast",
             "changes": [
-                {"sample": c.since, "time": c.time, "interval": c.interval, "odds": c.odds, "words": found.phrase(c)}
+                {
+                    "sample": c.since, "time": c.time, "interval": c.interval, "odds": c.odds,
+                    "words": found.phrase(c), "events": [event._asdict() for event in c.events],
+                }
                 for c in found.changes
             ],
             "alarms": found.alarms,

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..engine.holding import held
 from .calendar import is_beyond
 from .cleaning import Belief
 from .column_roles import SCORES, Name
@@ -14,6 +15,7 @@ from .stuck_sensor import Segment
 DOUBTFUL = 0.5  # share of the rows whose values are not believed, above which a column is no signal
 PACED = 0.8  # share of the steps from value to value that are alike where a column is measured every so many rows
 LEAST_ROWS, EARLY = 100, 0.1  # rows, and the share of them, after which a column without a value is none
+STEPS, LASTS = 2, 6  # of a column that says when something was done, at most; rows that each of its values lasts
 MARKS = 20  # values that a mark may have, at most
 MEASURED = frozenset(("anomaly", "class", "quality"))  # marks by name that may be quantities: a deviation, seats
 
@@ -23,7 +25,7 @@ class Column:
     """One column of a table.
 
     role : "time", "output", "input", or why it is neither: "text", "empty", "constant", "duplicate", "counter",
-        "label", "stuck", "doubted", "spare"
+        "label", "event", "stuck", "doubted", "spare"
     why : the reason, in a few words
     unit : from a row of units or from the name, "" if there is none
     missing : share of the first rows without a value
@@ -87,6 +89,28 @@ def _is_paced(values) -> bool:
     """
     steps = np.diff(np.flatnonzero(np.isfinite(values)))
     return steps.size > 1 and bool(np.mean(steps == np.median(steps)) > PACED)
+
+
+def is_event(name: Name, values) -> bool:
+    """Whether a column says when something was done: it seldom steps, and its name is of no cause and no effect.
+
+    >>> from driftwise.tables.column_roles import parse
+    >>> law = np.repeat([0.0, 1.0], 20)
+    >>> is_event(parse("law"), law), is_event(parse("heater"), law), is_event(parse("temperature"), law)
+    (True, False, False)
+    """
+    return name.score == 0.0 and bool(seldom_steps(held(values)))
+
+
+def seldom_steps(x) -> list[int]:
+    """Return the rows at which a column steps, where it seldom does and stays there; none of any other.
+
+    >>> [seldom_steps(np.repeat([0.0, 1.0, 0.0], [20, many, 20])) for many in (20, 1)], seldom_steps(np.arange(9.0))
+    ([[20, 40], []], [])
+    """
+    found = np.flatnonzero(np.diff(x)) + 1
+    lasting = np.diff([0, *found, len(x)])
+    return found.tolist() if len(found) <= STEPS and lasting.min() >= LASTS else []
 
 
 def barred_by_itself(name: Name, column: Column, values):

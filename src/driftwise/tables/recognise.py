@@ -18,7 +18,7 @@ from .column_candidates import propose_inputs, propose_output
 from .column_roles import SECONDS, Name, parse
 from .counts import Count, counted
 from .derived import derived, is_copy
-from .one_column import Column, barred_by_itself, measured
+from .one_column import Column, barred_by_itself, is_event, measured
 from .sampling import Sampling, judge_sampling, skips_ticks
 from .stuck_sensor import stuck
 from .table_words import notes_of, words_of
@@ -195,6 +195,7 @@ def recognise(
     for stamp in stamps:
         barred[stamp] = ("counter", "a second clock" if time else "dates that go back as often")
     free = [name for name in clean if name != time and not barred.get(name)]
+    done = [name for name in free if is_event(names[name], clean[name])]
     chosen = "given"
     rivals: tuple[str, ...] = ()
     if output is None and not set(free) - set(inputs or ()):
@@ -204,14 +205,16 @@ def recognise(
         more = f" and {len(why) - SHOWN} more" if len(why) > SHOWN else ""
         raise InputError(f"no column looks like an output: {', '.join(shown)}{more}. If one is, name it as the output.")
     if output is None:
-        switches = [name for name in free if np.unique(clean[name][np.isfinite(clean[name])]).size <= 2]
+        switches = [name for name in free if np.unique(clean[name][np.isfinite(clean[name])]).size <= 2 or name in done]
         output, chosen, rivals = propose_output(free, {n: names[n] for n in free}, set(inputs or ()), switches)
     if inputs is None and free == [output]:  # a step and its response: the mark may be the input
         marks = [name for name, bar in barred.items() if bar and bar[0] == "label" and names[name].may_act]
         free += marks
         barred = {name: bar for name, bar in barred.items() if name not in marks}
     if inputs is None:
-        inputs, why, helps = propose_inputs(output, [name for name in free if name != output], names, clean)
+        others = [name for name in free if name != output]
+        acting = [name for name in others if name not in done] or others  # alone it may be a test by one step
+        inputs, why, helps = propose_inputs(output, acting, names, clean)
     else:
         why, helps = {}, {}
     final = []
@@ -223,6 +226,8 @@ def recognise(
             role, reason = "output", chosen
         elif name in inputs:
             role, reason = "input", "given" if given["inputs"] is not None else why.get(name, "")
+        elif role == "spare" and name in done:
+            role, reason = "event", "says when something was done"
         elif role == "spare":
             reason = why.get(name, reason)
         ten = (tens or {}).get(name, 0)

@@ -28,6 +28,8 @@ from .tables import Written, write_table
 
 ASKED = 3  # exit code of a question
 USUAL = 60.0  # seconds between the rows of an irregular clock, usually
+MARKED = 0.25  # share of the files that have a column of what was done
+DONE = "law", "retrofit", "new supplier", "Umbau", "travaux", "tariff reform", "batch", "crew", "phase", "firmware"
 NARROW = 0.2  # width of the oracle's interval below which a number ought to be claimed
 
 
@@ -87,7 +89,19 @@ def write(plant: Plant, data: Record, seed: int, folder: Path) -> Written:
     clock: dict[str, Any] = {"dt": plant.dt} if plant.number % 2 else {}  # else one that suits the kind of table
     if plant.is_irregular:
         clock = {"dt": USUAL, "time": rows * USUAL / MEAN_GAP}
-    return write_table(folder / f"plant{plant.number}.csv", data.y[rows], data.u[rows], rng, **clock)
+    events = done(plant, np.random.default_rng([seed, plant.number, 39]))
+    events = {name: column[rows] for name, column in events.items()}
+    return write_table(folder / f"plant{plant.number}.csv", data.y[rows], data.u[rows], rng, **clock, events=events)
+
+
+def done(plant: Plant, rng) -> dict[str, np.ndarray]:
+    """Return a column (T,) that says when something was done, of some plants: half of them where something jumps."""
+    if rng.random() > MARKED:
+        return {}
+    dates = [jump.at for jump in plant.jumps] if rng.random() < 0.5 else []
+    at = int(rng.choice(dates) if dates else plant.samples * rng.uniform(0.1, 0.9))
+    before, after = rng.permutation([0, 1]) if rng.random() < 0.7 else np.sort(rng.integers(1, 9, 2)) + [0, 1]
+    return {str(rng.choice(DONE)): np.where(np.arange(plant.samples) < at, float(before), float(after))}
 
 
 def front_door(path: Path) -> dict[str, Any] | None:

@@ -8,6 +8,7 @@ returns, `Written`, is the truth that an answer is held against.
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from datetime import datetime, timedelta
 from pathlib import Path
@@ -132,6 +133,7 @@ def write_table(
     kind: str | None = None,
     way: str | None = None,
     beside: int | None = None,
+    events: Mapping[str, np.ndarray] | None = None,
 ) -> Written:
     """Write a record as one of `KINDS` and return the truth about it.
 
@@ -145,6 +147,7 @@ def write_table(
     time : (T,) seconds of each row, where rows are not ``dt`` apart (then give ``dt`` too, the usual step)
     kind, way : of `KINDS` and of `table_stamps.WAYS`
     beside : how many columns that play no part; drawn where None, 0 for none
+    events : name -> (T,), columns that say when something was done
 
     Examples
     --------
@@ -184,6 +187,7 @@ def write_table(
     units = {name: unit for name, (_, unit) in zip(truth, names)}
     count = int(rng.integers(0, 4)) if beside is None else beside
     added = _beside(rng, count, columns, y.shape[1], units, style)
+    added += [(name, column, "event") for name, column in (events or {}).items()]
     missing = np.zeros(values.shape, bool)
     if made.missing and rng.random() < 0.6:  # a few cells were lost
         missing = rng.random(values.shape) < 0.01
