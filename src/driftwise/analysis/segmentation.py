@@ -27,7 +27,6 @@ EDGE, BESIDE = 6, 5.0  # part of a record that is its edge; log odds that chance
 NOISE = "noise"
 # Log odds from which one is told, for what is slow looks like a level; and those to a walk: a gain's are seldom weak.
 TOLD = {LEVEL: math.log(1000.0), GAIN: SURE, SPEED: SURE}
-MARKED = SURE  # the same of a level at a date that the table marks: what is slow seldom steps just there
 AT_ONCE = {LEVEL: math.log(10.0), GAIN: 0.0, SPEED: 0.0}
 ALL = -1  # the input of a gain's jump that is one of the gains of all
 LARGER = 1.05 ** np.arange(40)  # than the least step of a level, what it is that no walk explains as well
@@ -94,8 +93,7 @@ class Hindsight(NamedTuple):
                 j = now.levels.index(since)
                 where = beside_moves(now, j, where)
                 step = float(now.more[now.placed()["levels"].start + j])
-                least = MARKED if where.middle in now.record.events else TOLD[LEVEL]
-                if where.log_odds > SURE and where.slow > least and is_sudden(now, "levels", j, where):
+                if where.log_odds > SURE and where.slow > TOLD[LEVEL] and is_sudden(now, "levels", j, where):
                     told = Jump(where.middle, where.interval, where.log_odds, LEVEL, 0, 0.0, units.size(step))
                     found.append(told._replace(share=units.share(step)))
                 continue
