@@ -5,6 +5,8 @@ import pytest
 
 import driftwise as dw
 from driftwise.analysis.events import Event, events_of, samples
+from driftwise.analysis.table_together import together_words
+from driftwise.analysis.together import together
 from driftwise.tables.one_column import seldom_steps
 
 T, AT, STEP = 400, 260, 0.9
@@ -69,6 +71,29 @@ def test_a_mark_at_which_nothing_changed_tells_nothing():
 def test_what_somebody_marked_by_looking_is_no_event():
     answer = found(record(1, step=4.0, anomaly=mark(AT)))
     assert answer.table["anomaly"].role == "label" and not any(one.events for one in answer.changes)
+
+
+def test_columns_that_change_together_are_told_sooner_at_a_date_that_the_table_marks():
+    told = dict.fromkeys((90, AT), 0)
+    for seed in range(8):
+        rng = np.random.default_rng([7, seed])
+        columns = {name: rng.standard_normal(T) + 0.75 * (np.arange(T) >= AT) for name in "abc"}
+        for at in told:
+            found = together(columns, [at])
+            assert all(abs(one.since - AT) < 20 for one in found)
+            told[at] += len(found)
+    assert told[AT] >= told[90] + 2
+
+
+def test_a_question_is_asked_with_what_changed_when_something_was_done(tmp_path):
+    rng = np.random.default_rng(8)
+    columns = {name: rng.standard_normal(T).cumsum() * 0.05 + rng.standard_normal(T) for name in ("p", "q", "r")}
+    columns["q"] = columns["q"] - 3.0 * (np.arange(T) >= AT)
+    (told,) = dw.identify({**columns, "law": mark(AT)}).together
+    table = dw.identify({**columns, "law": mark(AT)}).table
+    assert told.events == (Event("law", float(AT), 0.0, 1.0),)
+    said = together_words(told, table)
+    assert "'q' fell by 3" in said and "when 'law' went from 0 to 1 (odds" in said and "does not say" not in said
 
 
 @pytest.mark.parametrize("clock", [{"dt": 60.0}, {}])

@@ -62,15 +62,8 @@ class Look(NamedTuple):
     @property
     def best(self) -> int:
         """The likeliest; of places without a row between them the last."""
-        likely = self.finer + np.log(self.expected(self.fine))
+        likely = self.finer + np.log(expected(self.fine, self.seen, self.events))
         return int(self.fine[np.flatnonzero(likely >= likely.max() - ROUND_OFF * self.finer.max())[-1]])
-
-    def expected(self, places) -> np.ndarray:
-        """Return how much likelier each of some places is beforehand than a sample at which nothing was done.
-
-        That something changed at one of the events is as likely as that it did at any sample.
-        """
-        return 1.0 + np.isin(places, self.events) * len(self.seen) / max(len(self.events), 1)
 
 
 def onsets_of(now: Response, kind: str, low: int, high: int) -> np.ndarray:
@@ -81,6 +74,14 @@ def onsets_of(now: Response, kind: str, low: int, high: int) -> np.ndarray:
     """
     every = np.arange(low, high + 1)
     return every if kind != LEVEL else every[now.used[low : high + 1]]
+
+
+def expected(places, seen, events) -> np.ndarray:
+    """Return how much likelier a change is at each of some places, beforehand, than where nothing was done.
+
+    That one of the ``events`` changed something is as likely as that something changed at any of the samples ``seen``.
+    """
+    return 1.0 + np.isin(places, events) * len(seen) / max(len(events), 1)
 
 
 def next_seen(seen, samples) -> np.ndarray:
@@ -129,10 +130,12 @@ def _look_for(now: Response, kind: str, i: int, hint: int) -> Look | None:
 def looked(grid, seen, events, r, scanned, others, own) -> Look:
     """Return what a change takes at a grid of places, and near the likeliest of them."""
     taken = scanned(grid)
-    best = int(np.argmax(taken))
-    likely = np.flatnonzero(taken > taken[best] - LIKELY)
+    odds = taken + np.log(expected(grid, seen, events))
+    best = int(np.argmax(odds))
+    likely = np.flatnonzero(odds > odds[best] - LIKELY)
     looks = [between(seen, grid, *ends) for ends in ((best, best), (likely[0], likely[-1]))]
-    fine = apart(np.unique(np.concatenate([*looks, grid[best : best + 1], events])), others, own)
+    near = events[(events >= grid[likely[0]]) & (events <= grid[likely[-1]])]
+    fine = apart(np.unique(np.concatenate([*looks, grid[best : best + 1], near])), others, own)
     return Look(seen, events, r, grid, taken, fine, scanned(fine))
 
 
@@ -154,18 +157,18 @@ def judged(found: Look, kind: str, d, own, tried: float) -> Place:
 
     ``own`` (rows,) is what a unit of it does beside the level that moves with it, ``tried`` what its odds pay for.
     """
-    seen, _, r, grid, taken, fine, finer = found
+    seen, events, r, grid, taken, fine, finer = found
     n, at = len(r), found.best
     paid = NUMBERS[kind] * 0.5 * math.log(n)
     most = float(finer[fine == at][0])
     calm = max(long_run(d * (r - d)) / max(float(np.mean(d**2)), 1e-300), 1.0)
     lone = 0.5 * float(r[int(np.argmax(abs(d)))] ** 2)  # what a shock of one sample would explain
-    others = ~np.isin(grid, fine)
-    where = np.concatenate([grid[others], fine])
+    beside = (grid < fine[0]) | (grid > fine[-1])
+    where = np.concatenate([grid[beside], fine])
     order = np.argsort(where)
-    where, gain = where[order], np.concatenate([taken[others], finer])[order] / calm
+    where, gain = where[order], np.concatenate([taken[beside], finer])[order] / calm
     width = np.gradient(np.searchsorted(seen, where).astype(float)) if len(where) > 1 else np.ones(1)
-    width += found.expected(where) - 1.0
+    width += expected(where, seen, events) - 1.0
     weight = width * np.exp(gain - gain.max())
     total = np.cumsum(weight) / weight.sum()
     first, middle, last = (int(where[min(int(np.searchsorted(total, q)), len(where) - 1)]) for q in (0.025, 0.5, 0.975))

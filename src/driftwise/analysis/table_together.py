@@ -13,7 +13,7 @@ from ..results.numbers import listed, odds_words
 from ..tables.cleaning import judged
 from ..tables.column_roles import SCORES, of_motion, parse
 from ..tables.recognise import Table
-from .events import clock_of
+from .events import Event, clock_of, events_of, samples
 from .seasons import of_table, unseasoned
 from .together import MOST_COLUMNS, Together, together
 
@@ -32,9 +32,9 @@ def together_of(head: dict[str, Any], table: Table) -> tuple[Together, ...]:
         return ()
     columns, levels = unseasonal(believed(head, table), of_table(table))
     moving = of_motion((one.name, one.unit) for one in table.columns if one.role not in RESTS)
-    clock = clock_of(head, table)
-    found = (one for one in together(columns) if is_news(one, table, moving))
-    return tuple(_on_clock(_in_units(one, levels), clock) for one in found)
+    clock, events = clock_of(head, table), events_of(head, table)
+    found = (one for one in together(columns, samples(events, clock)) if is_news(one, table, moving))
+    return tuple(_on_clock(_in_units(one, levels), clock, events) for one in found)
 
 
 def believed(head: dict[str, Any], table: Table) -> dict[str, np.ndarray]:
@@ -127,9 +127,11 @@ def _is_told(one: Together, changes, grows: bool) -> bool:
     return dates or (grows and bool(one.noises))
 
 
-def _on_clock(one: Together, clock) -> Together:
+def _on_clock(one: Together, clock, events: Iterable[Event]) -> Together:
     low, high, since = (float(clock[min(row, len(clock) - 1)]) for row in (*one.interval, one.since))
-    return replace(one, time=since, times=(low, high), end=None if one.until is None else float(clock[one.until]))
+    done = tuple(event for event in events if low <= event.time <= high)
+    end = None if one.until is None else float(clock[one.until])
+    return replace(one, time=since, times=(low, high), end=end, events=done)
 
 
 def together_words(one: Together, table: Table, origin: str | None = None) -> str:
@@ -142,7 +144,7 @@ def together_words(one: Together, table: Table, origin: str | None = None) -> st
     ]
     until = "" if one.end is None else f", until {table.at(one.end, origin).removeprefix('at ')}"
     what, them = ("several columns changed together: ", "them") if len(one.names) > 1 else ("", "it")
-    return (
-        f"{begin[0].upper()}{begin[1:]}{between} {what}{listed(moves)}{until} (odds {odds_words(one.odds)}); "
-        f"what moved {them} the table does not say."
-    )
+    done = f", when {listed(list(map(str, one.events)))}" if one.events else ""
+    cause = "." if one.events else f"; what moved {them} the table does not say."
+    changed = f"{what}{listed(moves)}{until}{done} (odds {odds_words(one.odds)})"
+    return f"{begin[0].upper()}{begin[1:]}{between} {changed}{cause}"

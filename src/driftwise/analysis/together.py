@@ -20,6 +20,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .events import Event
 from .together_evidence import (
     STEADY,
     Evidence,
@@ -62,6 +63,7 @@ class Together:
     odds : against none
     noises : the factor of the noise of each column that is louder, or quieter
     time, times, end : ``since``, ``interval`` and ``until`` on a clock
+    events : what was done then
     """
 
     since: int
@@ -73,6 +75,7 @@ class Together:
     time: float = math.nan
     times: tuple[float, float] = (math.nan, math.nan)
     end: float | None = None
+    events: tuple[Event, ...] = ()
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -121,8 +124,8 @@ def _either(level, noise: Evidence | None):
     return np.logaddexp.reduce([LEVEL + level, NOISE + noise.odds, EACH + level + noise.odds], axis=0)
 
 
-def together(columns: dict[str, np.ndarray]) -> list[Together]:
-    """Return the changes of columns (T,), in order of time; NaN where missing.
+def together(columns: dict[str, np.ndarray], done: Iterable[int] = ()) -> list[Together]:
+    """Return the changes of columns (T,), in order of time; NaN where missing. Something was ``done`` at some rows.
 
     Examples
     --------
@@ -138,10 +141,11 @@ def together(columns: dict[str, np.ndarray]) -> list[Together]:
     x = {name: blocks(values, BLOCKS) for name, values in usable.items()}
     x = {name: means for name, means in x.items() if np.ptp(means) > FINE * abs(means).max()}
     loud = {name: loudness(usable[name], BLOCKS) for name in x}
+    chance = shapes_of(BLOCKS).expected([row * BLOCKS / T for row in done])
     found: list[Together] = []
     took = Counter[str]()
     for _ in range(PASSES):
-        one = likeliest(looks(x, loud), T) if x else None
+        one = likeliest(looks(x, loud), T, chance) if x else None
         if one is None:
             break
         change, parts, shape, lasts = one
@@ -194,17 +198,18 @@ class Part(NamedTuple):
     noise_share: float
 
 
-def likeliest(seen: dict[str, Look], T: int) -> tuple[Together, dict[str, Part], np.ndarray, int] | None:
+def likeliest(seen: dict[str, Look], T: int, expected) -> tuple[Together, dict[str, Part], np.ndarray, int] | None:
     """Return the surest change of T rows, what it does to each column, its shape (n,), and in how many blocks it comes.
 
-    None where none is sure; no blocks where it grows from its beginning to its end.
+    ``expected`` (shapes,) is the log of how likely each is beforehand. None where none is sure; no blocks where it
+    grows from its beginning to its end.
     """
     shapes, p = shapes_of(BLOCKS), len(seen)
     joint = np.array([look.joint for look in seen.values()])
     alone = np.array([look.alone for look in seen.values()])
     several = _minus(np.logaddexp(TAKES, TAKES + joint).sum(axis=0), p * TAKES) - math.log1p(-(0.5**p))
     one = np.logaddexp.reduce(alone, axis=0) - math.log(p)
-    chance = np.logaddexp(several, one) - math.log(2) + shapes.chance
+    chance = np.logaddexp(several, one) - math.log(2) + expected
     odds = total(chance)
     if odds < SURE:
         return None

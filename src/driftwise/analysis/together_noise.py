@@ -60,6 +60,18 @@ class Shapes(NamedTuple):
         first, last, third = (by.take(places[which], axis=-1) for places in (self.first, self.last, self.third))
         return (first - last) * self.scale[which] - third
 
+    def expected(self, done) -> np.ndarray:
+        """Return the log of how likely each shape is where something was done at some blocks, nearly.
+
+        That one of these began something is as likely as that something began at any block.
+        """
+        found = self.chance
+        for block in done:
+            own = self.begin == int(np.argmin(abs(self.dates - block)))
+            more = self.chance - np.logaddexp.reduce(self.chance[own]) - math.log(len(done))
+            found = np.where(own, np.logaddexp(found, more), found)
+        return found
+
     def squares(self, gram) -> np.ndarray:
         """Return the square of each shape, from the products of the steps (steps, steps)."""
         own, (a, b, c) = np.diagonal(gram), (self.first, self.last, self.third)

@@ -3,9 +3,10 @@
 Run: python -m driftwise_studies.score.claims.events [--records 40] [--seed 1]
 
 Records are monthly counts that fall once (`falls`, the season known), plants of the claims without troubles but a gain
-or a level that jumps by less than there (`weak`), and records that wander (`wander`, all kinds in turn), in which
-nothing comes at once. "There": a column steps at the change. "Elsewhere": it steps at some other sample; so it does
-where nothing changes. Told is what is of its kind and within `falls.NEAR` samples, or a hundredth of the record.
+or a level that jumps by less than there (`weak`), records that wander (`wander`, all kinds in turn), in which nothing
+comes at once, and benches of six to ten columns, with a fault and without (`rigs_bench`, all kinds in turn). "There": a
+column steps at the change. "Elsewhere": it steps at some other sample; so it does where nothing changes. Told is what
+is within `falls.NEAR` samples, or a hundredth of the record; of benches within `rigs_bench.NEAR`.
 """
 
 from __future__ import annotations
@@ -17,8 +18,9 @@ from functools import cache
 import numpy as np
 
 from driftwise.analysis.segmentation import hindsight
+from driftwise.analysis.together import together
 
-from . import falls, wander
+from . import falls, rigs_bench, wander
 from .command import show
 from .drawing import draw
 from .plant import Jump, Plant
@@ -74,10 +76,26 @@ def rows(seed: int, records: int) -> Iterator[str]:
             yield f"| {kind} | {records} | {where} | {changes} | {right} | {others} |"
 
 
+def benches(seed: int, records: int) -> Iterator[str]:
+    """Yield the lines of changes that columns have in common."""
+    for is_faulty in (True, False):
+        for where in MARKS if is_faulty else ("none", "elsewhere"):
+            right = others = 0
+            for number in range(records):
+                kind = rigs_bench.KINDS[number % len(rigs_bench.KINDS)]
+                bench = rigs_bench.drawn(seed, number, kind, is_faulty)
+                done = marks(seed, number, where, bench.columns.shape[1], (bench.first,))
+                found = together({str(j): x for j, x in enumerate(bench.columns)}, done)
+                hit = is_faulty and any(abs(one.since - bench.first) <= rigs_bench.NEAR for one in found)
+                right, others = right + hit, others + len(found) - hit
+            what = "benches with a fault" if is_faulty else "steady benches"
+            yield f"| {what} | {records} | {where} | {records * is_faulty} | {right} | {others} |"
+
+
 def table(seed: int, records: int) -> str:
     """Return changes that are told, and others, as a table of Markdown."""
     head = "| records | of them | mark | changes | told | others |", "| --- " * 6 + "|"
-    return "\n".join([*head, *rows(seed, records)])
+    return "\n".join([*head, *rows(seed, records), *benches(seed, records)])
 
 
 if __name__ == "__main__":
