@@ -8,7 +8,8 @@ from ..engine.dispatch import kernel, rare
 from ..engine.elementary import log
 from ..engine.status import AT_REST, CAPPED, NOISE, OUTLIER
 from ..engine.ud import predicted_variance
-from .additive import as_expected, pass_kinds, share_additive, weigh_kinds
+from .additive import pass_kinds, share_additive, weigh_kinds
+from .at_rest import rests
 from .auto_constants import (
     CHANCES,
     EVEN,
@@ -23,7 +24,6 @@ from .auto_constants import (
     SHY_OF_OUTLIERS,
     STILL_LOUD,
     STRUCK,
-    SURPRISE,
     SUSPECT,
     SUSPECT_FREQUENT,
     TRUSTED,
@@ -59,7 +59,7 @@ from .moments import OVER_DRIFT as MOMENT_OVER_DRIFT
 from .moments import SINCE as MOMENT_SINCE
 from .moments import add_up, expected, follow_moment, forget_moments, look_back, most_lessened
 from .registry import BELIEVED, DOUBTED, LIKELY
-from .resolution import follow_resolution, least_variance
+from .resolution import least_variance
 from .retrospect import COUNTED as LATE_COUNTED
 from .retrospect import FOUND, forget_rows, is_known, keep_row, look_late, wait_on
 from .retrospect import ODDS as LATE_ODDS
@@ -71,7 +71,7 @@ from .set_free import MILDLY, compete, make_room
 from .suspicion import calm, suspect
 from .trial import argue, begin_anew, begin_trial, end_trial, is_to_begin, is_to_end, limit_of, time_update_copies
 from .trial_state import AGE, ODDS, is_told, show_none
-from .unknown_drift import SEEN, UNEXCITED, excite, lean, open_drift_state, rest
+from .unknown_drift import SEEN, UNEXCITED, lean, open_drift_state
 from .verdict import A_JUMP, A_LEVEL, NO_JUMP, NOTHING, judge, level_on_trial, quieter, say_how_far, stand_against
 from .verdict import follow as follow_verdict
 
@@ -144,31 +144,12 @@ def tell_moment(memory, parts, view):
 
 
 @kernel
-def is_awake(memory, drift, trial, is_surprise):
-    """Say whether a sample of a plant at rest counts as any other, and let it.
-
-    A constant acts at rest as ever: where one is estimated a surprise is one, and the trial that it begins goes on.
-    """
-    if memory.moving == drift.ms.size or (trial.head[AGE] == 0.0 and not is_surprise):
-        return False
-    drift.head[UNEXCITED] = 0.0
-    drift.head[SEEN] += 1.0
-    return True
-
-
-@kernel
 def adapt_auto(memory, state, e, R, view):
     """Let bank, learner and trial see a sample; theta and P become those of what is shown; return T."""
     theta, U, D, s2, parts = view.theta, view.U, view.D, view.s2, open_parts(memory, state, view.D.size)
     own, trial, drift, learner, head = parts.own, parts.trial, parts.drift, parts.learner, parts.head
     N, M, T = D.size, MODES, predicted_variance(view.f, D, R)
-    is_first = drift.head[SEEN] == 0.0
-    are_known = view.has_past > 0.0 or R <= memory.R  # beside a state with a past of its own R always is more
-    is_unexcited = excite(memory, drift, as_expected(memory, parts.past, view.row, view.c), are_known)
-    if is_unexcited and is_awake(memory, drift, trial, e * e > SURPRISE * s2 * T):
-        is_unexcited = False
-    if follow_resolution(parts.resolution, view.y, is_first) and not is_unexcited:
-        is_unexcited = rest(drift)
+    is_unexcited = rests(memory, parts, view, e, R, T)
     least = least_variance(parts.resolution) / memory.R
     if head[QUIET] > 0.0:
         stay_as_fast(head, drift.unit, s2)

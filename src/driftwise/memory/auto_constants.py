@@ -125,6 +125,9 @@ AHEAD = 2.5  # log evidence of a start that goes on, however old; by so much one
 # since some of many tries look better by chance
 ENOUGH = 0.1  # of the squares of each regressor that rows which agree have to have
 
+# Less noise where nothing but noise moves the regressors
+SILENCE = 2e-3  # of the variance of the noise: a plant that has less of it left is switched off, and rests
+
 # Less noise among outliers
 QUIETER, KNOWN = 4.0, 8.0  # sigma^2 over what most rows say, from which on a filter begins with that; samples it is by
 SMALLEST = 1e-4  # of sigma^2, a square that counts

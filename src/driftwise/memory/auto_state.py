@@ -7,6 +7,7 @@ import numpy as np
 from ..engine.dispatch import kernel
 from ..engine.layout import Field, Layout, numbers
 from .additive import open_past, past_size
+from .at_rest import LOUDNESS
 from .auto_constants import LEVELS, MOMENTS, STRUCK_FADES
 from .bank import bank_size, open_bank
 from .less_noise import MOST
@@ -50,6 +51,7 @@ AUTO = Layout(
     *RESOLUTION,
     *MOST,
     Field("late", ("retrospect_size(N, looks)",), "the last rows, in which something may have jumped"),
+    *LOUDNESS,
     given=("N", "M", "looks"),
     bank_size=bank_size,
     suspicion_size=suspicion_size,
@@ -82,6 +84,7 @@ class Parts(NamedTuple):
     resolution: np.ndarray
     most: np.ndarray
     late: tuple
+    loudness: np.ndarray
     work: tuple
 
 
@@ -115,6 +118,7 @@ def open_parts(memory, state, N):
         parts.resolution,
         parts.most,
         late,
+        parts.loudness,
         work,
     )
 

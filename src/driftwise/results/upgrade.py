@@ -31,6 +31,7 @@ class Form(Enum):
     NO_FRESH = "no joint filter of an output error kept what parameters have done since they are doubted"
     NO_MOST = "AutoMemory did not learn what most rows say of sigma^2; short gaps taught an average what long ones did"
     NO_LATE = "AutoMemory kept no rows to look back over"
+    NO_LOUDNESS = "AutoMemory did not learn how loud the noise is usually"
 
 
 def until(last: Form, was: Any, now: Any) -> dict[Form, Any]:
@@ -174,6 +175,7 @@ def _by_sizes(was: np.ndarray, piece: Piece) -> np.ndarray:
 def _piece(memory, size: int) -> Piece:
     """Return how long the part of an `AutoMemory` was and is."""
     from ..memory.additive import past_size
+    from ..memory.at_rest import HEARD_BOTH
     from ..memory.auto_constants import MOMENTS
     from ..memory.auto_state import HEAD, MODES
     from ..memory.bank import bank_size
@@ -189,7 +191,8 @@ def _piece(memory, size: int) -> Piece:
 
     N, now = memory.cap.size, memory.state_size(memory.cap.size)
     first = SHORT_HEAD + bank_size(N, MODES) + 2 * MODES * size_of(N) + learner_size(N, N)
-    with_most = now - retrospect_size(N, int(memory.stakes))
+    with_late = now - HEARD_BOTH
+    with_most = with_late - retrospect_size(N, int(memory.stakes))
     with_step = with_most - HEARD
     with_moments = with_step - KEPT - past_size(N)
     with_rows = with_moments - moments_size(N, MODES, MOMENTS)
@@ -202,12 +205,13 @@ def _piece(memory, size: int) -> Piece:
         Form.NO_ROWS: last + UNCOUNTED, Form.NO_MOMENTS: with_rows,
         **dict.fromkeys((Form.NO_ACROSS, Form.ONE_KIND), with_moments), Form.NO_STEP: with_step - KEPT,
         Form.NO_FRESH: with_step, Form.NO_MOST: with_step, Form.NO_LATE: with_most,
+        Form.NO_LOUDNESS: with_late,
     }  # fmt: skip
     makers = {
         **until(Form.NO_GAPS, _longer_head, _counting), Form.BANKS: _trials, Form.ONE_START: _second_start,
         Form.NO_ROWS: _longer, Form.NO_MOMENTS: _longer,
         **dict.fromkeys((Form.NO_ACROSS, Form.ONE_KIND), _one_kind), Form.NO_STEP: _longer, Form.NO_FRESH: _longer,
-        Form.NO_MOST: _longer, Form.NO_LATE: _longer,
+        Form.NO_MOST: _longer, Form.NO_LATE: _longer, Form.NO_LOUDNESS: _longer,
     }  # fmt: skip
     return Piece(before, now, makers, memory)
 
@@ -224,7 +228,7 @@ def _average(estimator, size: int) -> Piece:
         Form.BANKS: first, Form.ONE_START: second, Form.SHORT_HEAD: second, Form.NO_SPREAD: apart + 2,
         Form.ONE_WIDTH: apart + 3 + 3 * MEANS, Form.NO_GAPS: apart + 1 + 3 * MEANS + 4 * SHAPES,
         **dict.fromkeys(AVERAGED, size - 2 * across - 2), **dict.fromkeys(OF_ONE_LENGTH, size - across),
-        Form.NO_LATE: size,
+        Form.NO_LATE: size, Form.NO_LOUDNESS: size,
     }  # fmt: skip
     makers = {
         **until(Form.SHORT_HEAD, _alone, None), Form.NO_SPREAD: _of_one_width, Form.ONE_WIDTH: _of_one_width,
@@ -314,7 +318,7 @@ def _counting(was: np.ndarray, piece: Piece) -> np.ndarray:
 
 
 def _longer(was: np.ndarray, piece: Piece) -> np.ndarray:
-    """Return what one `AutoMemory` keeps, without what stands last: rows, moments, steps of y, what most say."""
+    """Return what one `AutoMemory` keeps, without what stands last: rows, moments, steps of y, loudness."""
     return np.concatenate([was, np.zeros((*was.shape[:-1], piece.now - was.shape[-1]))], axis=-1)
 
 
