@@ -11,11 +11,9 @@ plant without any whose noise all but ends is switched off.
 from ..engine.dispatch import kernel
 from ..engine.elementary import exp, log
 from ..engine.layout import numbers
-from .additive import as_expected
-from .auto_constants import KEPT, OF_SQUARES, SILENCE, SMALLEST, SURPRISE
-from .resolution import follow_resolution
+from .auto_constants import KEPT, OF_SQUARES, SILENCE
 from .trial_state import AGE
-from .unknown_drift import SEEN, UNEXCITED, WILD, excite_by_noise, gain_of, rest
+from .unknown_drift import SEEN, SLOWEST, UNEXCITED, WAKING, WILD
 
 LATELY, USUALLY, HEARD_BOTH = range(3)  # of what is kept, and how many
 LOUDNESS = numbers(
@@ -26,34 +24,23 @@ LOUDNESS = numbers(
 
 
 @kernel
-def is_driven_by_noise(memory):
-    """Say whether all regressors that move are past outputs."""
-    return memory.past > 0.0 and memory.past == memory.moving
+def noise_left(loudness, head, square):
+    """Take a squared innovation in; return how much of the usual variance of the noise there is lately, 1 at most.
 
-
-@kernel
-def noise_left(memory, loudness, drift, e, T, s2):
-    """Take an innovation in; return how much of the usual variance of the noise there is lately, 1 at most.
-
-    Inputs, or a plant that is switched off: then that is no question, and it is 1.
+    Of a plant that is switched off all of it: that is how loud it was.
     """
-    if not is_driven_by_noise(memory):
-        return 1.0
-    square = max(e * e / T, SMALLEST * s2)
     if loudness[USUALLY] == 0.0:
         loudness[LATELY], loudness[USUALLY] = log(square), square
-    gain = max(1.0 / (drift.head[SEEN] + 1.0), 1.0 - KEPT)
-    loudness[LATELY] += gain * (log(square) - loudness[LATELY])
+    loudness[LATELY] += max(1.0 / (head[SEEN] + 1.0), 1.0 - KEPT) * (log(square) - loudness[LATELY])
     left = exp(loudness[LATELY] + OF_SQUARES) / loudness[USUALLY]
     return min(left, 1.0) if left > SILENCE else 1.0
 
 
 @kernel
-def get_used(memory, loudness, drift, e, T):
-    """Take an innovation into what is usual, as fast as its row is into the mean squares of the regressors."""
-    if is_driven_by_noise(memory):
-        square = min(e * e / T, WILD * loudness[USUALLY])
-        loudness[USUALLY] += gain_of(drift) * (square - loudness[USUALLY])
+def get_used(loudness, head, square):
+    """Take a squared innovation into what is usual, as fast as its row is into the mean squares of the regressors."""
+    gain = SLOWEST * WAKING if head[UNEXCITED] > 0.0 else max(1.0 / head[SEEN], SLOWEST)
+    loudness[USUALLY] += gain * (min(square, WILD * loudness[USUALLY]) - loudness[USUALLY])
 
 
 @kernel
@@ -67,20 +54,3 @@ def is_awake(memory, drift, trial, is_surprise):
     drift.head[UNEXCITED] = 0.0
     drift.head[SEEN] += 1.0
     return True
-
-
-@kernel
-def rests(memory, parts, view, e, R, T):
-    """Take the row into the mean squares of the regressors; say whether the plant is at rest."""
-    drift, s2 = parts.drift, view.s2
-    is_first = drift.head[SEEN] == 0.0
-    are_known = view.has_past > 0.0 or R <= memory.R  # beside a state with a past of its own R always is more
-    left = noise_left(memory, parts.loudness, drift, e, T, s2)
-    row = as_expected(memory, parts.past, view.row, view.c)
-    is_unexcited = excite_by_noise(memory, drift, row, are_known, left)
-    get_used(memory, parts.loudness, drift, e, T)
-    if is_unexcited and is_awake(memory, drift, parts.trial, e * e > SURPRISE * s2 * T):
-        is_unexcited = False
-    if follow_resolution(parts.resolution, view.y, is_first) and not is_unexcited:
-        is_unexcited = rest(drift)
-    return is_unexcited

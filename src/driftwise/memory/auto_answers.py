@@ -8,8 +8,8 @@ from ..engine.dispatch import kernel, rare
 from ..engine.elementary import log
 from ..engine.status import AT_REST, CAPPED, NOISE, OUTLIER
 from ..engine.ud import predicted_variance
-from .additive import pass_kinds, share_additive, weigh_kinds
-from .at_rest import rests
+from .additive import as_expected, pass_kinds, share_additive, weigh_kinds
+from .at_rest import get_used, is_awake, noise_left
 from .auto_constants import (
     CHANCES,
     EVEN,
@@ -22,8 +22,10 @@ from .auto_constants import (
     SETTLED,
     SHY,
     SHY_OF_OUTLIERS,
+    SMALLEST,
     STILL_LOUD,
     STRUCK,
+    SURPRISE,
     SUSPECT,
     SUSPECT_FREQUENT,
     TRUSTED,
@@ -59,7 +61,7 @@ from .moments import OVER_DRIFT as MOMENT_OVER_DRIFT
 from .moments import SINCE as MOMENT_SINCE
 from .moments import add_up, expected, follow_moment, forget_moments, look_back, most_lessened
 from .registry import BELIEVED, DOUBTED, LIKELY
-from .resolution import least_variance
+from .resolution import follow_resolution, least_variance
 from .retrospect import COUNTED as LATE_COUNTED
 from .retrospect import FOUND, forget_rows, is_known, keep_row, look_late, wait_on
 from .retrospect import ODDS as LATE_ODDS
@@ -71,7 +73,7 @@ from .set_free import MILDLY, compete, make_room
 from .suspicion import calm, suspect
 from .trial import argue, begin_anew, begin_trial, end_trial, is_to_begin, is_to_end, limit_of, time_update_copies
 from .trial_state import AGE, ODDS, is_told, show_none
-from .unknown_drift import SEEN, UNEXCITED, lean, open_drift_state
+from .unknown_drift import SEEN, UNEXCITED, excite_by_noise, lean, open_drift_state, rest
 from .verdict import A_JUMP, A_LEVEL, NO_JUMP, NOTHING, judge, level_on_trial, quieter, say_how_far, stand_against
 from .verdict import follow as follow_verdict
 
@@ -149,7 +151,17 @@ def adapt_auto(memory, state, e, R, view):
     theta, U, D, s2, parts = view.theta, view.U, view.D, view.s2, open_parts(memory, state, view.D.size)
     own, trial, drift, learner, head = parts.own, parts.trial, parts.drift, parts.learner, parts.head
     N, M, T = D.size, MODES, predicted_variance(view.f, D, R)
-    is_unexcited = rests(memory, parts, view, e, R, T)
+    is_first = drift.head[SEEN] == 0.0
+    are_known = view.has_past > 0.0 or R <= memory.R  # beside a state with a past of its own R always is more
+    square, is_alone = e * e / T, memory.past > 0.0 and memory.past == memory.moving  # no input, but noise
+    left = noise_left(parts.loudness, drift.head, max(square, SMALLEST * s2)) if is_alone else 1.0
+    is_unexcited = excite_by_noise(memory, drift, as_expected(memory, parts.past, view.row, view.c), are_known, left)
+    if is_alone:
+        get_used(parts.loudness, drift.head, square)
+    if is_unexcited and is_awake(memory, drift, trial, e * e > SURPRISE * s2 * T):
+        is_unexcited = False
+    if follow_resolution(parts.resolution, view.y, is_first) and not is_unexcited:
+        is_unexcited = rest(drift)
     least = least_variance(parts.resolution) / memory.R
     if head[QUIET] > 0.0:
         stay_as_fast(head, drift.unit, s2)

@@ -94,12 +94,6 @@ def starts(sample, q):
 
 
 @kernel
-def gain_of(drift):
-    """Return the gain of the mean squares, for the sample that `excite` has just seen."""
-    return SLOWEST * WAKING if drift.head[UNEXCITED] > 0.0 else max(1.0 / max(drift.head[SEEN], 1.0), SLOWEST)
-
-
-@kernel
 def excite(memory, drift, row, are_known):
     """Take the row into the mean squares, update the units, and say whether the plant is at rest.
 
@@ -117,10 +111,7 @@ def excite_by_noise(memory, drift, row, are_known, left):
         if ms[i] > 0.0:
             size += row[i] * row[i] / ms[i]
     is_unexcited = head[SEEN] > 4.0 * N and size < LEAST * left * moving
-    head[UNEXCITED] = 1.0 if is_unexcited else 0.0
-    if not is_unexcited:
-        head[SEEN] += 1.0
-    gain = gain_of(drift)
+    gain = SLOWEST * WAKING if is_unexcited else max(1.0 / (head[SEEN] + 1.0), SLOWEST)
     for i in range(N):
         square = row[i] * row[i]
         if not are_known and ms[i] > 0.0:
@@ -129,6 +120,9 @@ def excite_by_noise(memory, drift, row, are_known, left):
         top[i] = max(top[i], ms[i])
         floored = max(ms[i], LEAST * top[i], memory.floor)
         unit[i] = memory.R / floored if floored > INVISIBLE else 0.0
+    head[UNEXCITED] = 1.0 if is_unexcited else 0.0
+    if not is_unexcited:
+        head[SEEN] += 1.0
     return is_unexcited
 
 
