@@ -50,6 +50,7 @@ class Follower:
 
     def _enter(self, t, y, R):
         self.seen, self.time, self.first = 1, t, y
+        self.shown = 1.0  # plots that have shown how large the noise is
         self.last = self.velocity = np.zeros(self.C)
         self.stated = R
         self.trust = 1.0 if R is None else step.CLAIM
@@ -140,7 +141,7 @@ class Follower:
         chosen._absorb(t, y, waits and left > 0)
         if not waits:
             chosen.refused = None
-            found["onset"] = not chosen.is_told and chosen.lead > onset.TOLD_ABOVE
+            found["onset"] = not chosen.is_told and chosen.lead > self._needed(chosen.period)
             chosen.is_told = found["onset"] or (chosen.is_told and chosen.lead >= onset.OVER_BELOW)
         chosen._tell(found, chosen._weights(chosen.known))
         if waits:
@@ -256,8 +257,15 @@ class Follower:
             self._learn_tails(y)
         self._judge(y)
         self._learn(t, y)
-        if self._loudness() > before + self.C * onset.LOUDER:  # all were too sure
+        rise = (self._loudness() - before) / self.C
+        if rise > onset.LOUDER:  # all were too sure
             self.courses, self.lead = None, -onset.RESTS
+        self.shown = min(max(self.shown * np.exp(min(onset.STEADY - rise, 0)), 1) + 1, self.seen)
+
+    @staticmethod
+    def _needed(T):
+        odds = min(onset.ODDS * math.sqrt(max(onset.PATIENCE / T, 1)), onset.MOST_ODDS)
+        return odds / (1 + odds)
 
     def _loudness(self):
         w = self.w[: bank.KALMAN] / self.w[: bank.KALMAN].sum()
@@ -286,9 +294,9 @@ class Follower:
         if self.courses is None or held < 0:
             self.lead, self.courses = held, Courses(self.speed / judging.GENTLE, y - self.last, r, self.d)
             return
-        self.courses.take(y - self.last, r, self.d, self.period, self.counts, self.seen)
+        self.courses.take(y - self.last, r, self.d, self.period, self.counts, self.shown)
         moves = self.courses.mu[courses.MOVES :].sum()
-        others = (1 - moves) * (1 + onset.DOUBTED / self.seen)
+        others = (1 - moves) * (1 + onset.DOUBTED / self.shown)
         self.lead = moves / (moves + others) if self.seen > onset.SOONEST else 0.0
 
     def _judge(self, y):

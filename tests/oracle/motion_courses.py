@@ -36,12 +36,12 @@ class Courses:
         self.P[:, :, :2, :2] = r[:, None, None] * np.array([[1, 1 / d], [1 / d, 2 / d**2]])
         self.P[:, :, 2, 2] = self.strength[:, None] ** 2
 
-    def take(self, e, r, d, T, counts, seen):
+    def take(self, e, r, d, T, counts, shown):
         """Take a plot ``e`` after the last, of variance r, d seconds on; wild ones are among the ``counts``."""
         e, r = self.axes @ e, self.axes**2 @ r
         mu, x, P = self.ahead(r, d, T)
         wild = courses.WILD + counts[bank.WILD] / counts.sum()
-        nu = np.clip(seen - courses.UNSURE, courses.LEAST_FREEDOM, courses.SURE)
+        nu = np.clip(shown - courses.UNSURE, courses.LEAST_FREEDOM, courses.SURE)
         part = np.tile(np.log([1 - courses.WIDE - wild, courses.WIDE, wild]), (COURSES, 1))
         sizes = np.array([1.0, courses.WIDER2, courses.WILDER2])
         S = P[:, :, 0, 0, None] + r[None, :, None] * sizes

@@ -8,7 +8,7 @@ import scipy.stats
 from driftwise_studies.score.motions import crowd, draw, drawing, patches, resampled, simulate, wild_starts
 from driftwise_studies.score.motions.errors import cell, scales
 from driftwise_studies.score.motions.exact import Found, exact, filtered, report
-from driftwise_studies.score.motions.field import Total, by_kind, by_trouble
+from driftwise_studies.score.motions.field import Total, by_kind, by_trouble, told_by
 from driftwise_studies.score.motions.jets import alone, imm
 from driftwise_studies.score.motions.laws import ACROSS, ALONG, STRAIGHT, Law, Legs, move
 from driftwise_studies.score.motions.measured import one, onsets, play, runs, within
@@ -247,3 +247,13 @@ def test_a_plot_on_a_lattice_is_a_piece_of_a_normal():
     assert np.allclose(below + above, 1.0)
     share, variances = scales(True)
     assert share.sum() == pytest.approx(1.0) and np.all(np.diff(variances) < 0)
+
+
+def test_how_soon_is_of_all_manoeuvres_told_or_not():
+    delays = np.array([np.inf, 2.0, 9.0, 5.0, np.inf, 6.0, 7.0, np.inf, 30.0, 4.0])
+    assert told_by(delays) == ["0.40", "2.0", "5.0", "7.0", "30.0"]
+    found = play(29, range(4))
+    track = found[0].tracks[0]._replace(scan=2.0, delays=tuple(delays))
+    far = track._replace(scan=5.0, delays=(1.0,))
+    total = Total([found[0]._replace(tracks=(track, far))])
+    assert total.soon == pytest.approx(0.4) and len(total.seconds) == 10

@@ -8,7 +8,7 @@ from driftwise_studies.score.motions.measured import AFTER, one
 from driftwise_studies.score.motions.turns import fly
 
 import driftwise as dw
-from driftwise.estimators.track import bank, courses
+from driftwise.estimators.track import bank, courses, onset
 
 
 def test_manoeuvres_are_told_soon_where_plots_are_one_to_four_seconds_apart():
@@ -72,3 +72,27 @@ def test_brakes_among_plots_that_err_are_told():
         onsets = time[dw.TrackEstimator("aircraft").scan(time, plots).onset]
         told += [bool(np.any((onsets >= begin) & (onsets <= end + AFTER))) for begin, end in brakes]
     assert np.mean(told) > 0.45
+
+
+def known(y):
+    """Return how many plots are said to have shown the noise, plot by plot."""
+    est = dw.TrackEstimator("aircraft")
+    state, found = est.start(), []
+    for t, plot in enumerate(y):
+        state, _ = est.update(state, float(t), plot)
+        found.append(float(state["known"]))
+    return np.array(found)
+
+
+def test_noise_that_rises_is_known_from_as_much_fewer_plots():
+    rng, path = np.random.default_rng(8), np.stack([200.0 * np.arange(90.0), 50.0 * np.arange(90.0)], axis=1)
+    sd = np.where(np.arange(90) < 60, 1.0, 20.0)[:, None]
+    found = known(path + sd * rng.standard_normal((90, 2)))
+    assert found[0] == 1.0 and found[:60].max() <= 60.0 and found[59] > 20.0
+    assert found[60:75].min() < 0.2 * found[59] < found[89] < found[60:75].min() + 30.0
+    assert (found >= 1.0).all() and (found <= np.arange(1.0, 91.0)).all()
+
+
+def test_more_is_needed_for_an_onset_where_the_next_plot_is_soon_there():
+    needed = np.array([onset.needed(T) for T in (0.01, 0.3, 0.5, 2.0, 60.0)])
+    np.testing.assert_allclose(needed / (1.0 - needed), [5.0, 5.0, 4.0, 2.0, 2.0])

@@ -66,3 +66,14 @@ def test_rows_of_any_other_size_are_left_alone():
         assert former.rows(2, found) is found
     fresh = former.rows(2, np.zeros((3, former.size(2))))
     np.testing.assert_array_equal(fresh, np.zeros((3, bank.row_size(2))))
+
+
+@pytest.mark.parametrize("C", [1, 2])
+def test_noise_of_rows_that_did_not_count_its_plots_is_known_by_all(C):
+    t, y = record()
+    state = dw.TrackEstimator("aircraft", coordinates=C).scan(t, y[:, :C]).state
+    row = np.atleast_1d(state).view(float)
+    at = bank.row_at(C).known
+    again = former.rows(C, row[None, :at])
+    np.testing.assert_array_equal(again[0, :at], row[:at])
+    assert at == len(row) - 1 and again[0, at] == row[bank.SEEN] == 60.0 >= row[at]

@@ -172,6 +172,7 @@ TRACK = Layout(
         ("courses_size(C)",),
         "what the target may do: along the way and across it state and covariance, from the last plot on; how likely",
     ),
+    Field("known", (), "plots that have shown how large the noise is; where its variance rises, by so much fewer"),
     given=("C",),
     EACH=EACH,
     TAILS=TAILS,

@@ -149,7 +149,7 @@ def weigh(row, mixed, C, e, r, parts):
     for k in range(bank.TAILS):
         seen += row[tails + k]
     wild = WILD + row[tails + bank.WILD] / seen
-    freedom = max(min(row[bank.SEEN] - UNSURE, SURE), LEAST_FREEDOM)
+    freedom = max(min(row[bank.row_at(C).known] - UNSURE, SURE), LEAST_FREEDOM)
     usual, widely, wildly = log(1.0 - WIDE - min(wild, 0.5)), log(WIDE), log(wild)
     for j in range(bank.COURSES):
         top, total, own = -math.inf, 0.0, parts[3 * j : 3 * j + 3]

@@ -3,7 +3,8 @@
 Members that are none any more are left out. Those that are keep their state; legs begin from the turn that stays. Later
 rows had no pace: what was typical of the time between plots is taken for it. Tables had no column for what is
 unforeseen: their forecasts gave it nothing. Rows did not keep the plot that was called wild: none was. Nor what the
-target may do: that begins with the next plot; and members of constant velocity kept an acceleration of 0.
+target may do: that begins with the next plot; and members of constant velocity kept an acceleration of 0. Nor by how
+many plots the noise is known: by all.
 """
 
 from __future__ import annotations
@@ -24,11 +25,11 @@ def members(C: int) -> int:
     return LINEAR + (CIRCLES if C == 2 else 0) + POLES
 
 
-def sizes(C: int) -> tuple[int, int, int, int]:
-    """Return how many numbers a row had: before one went by legs, had a pace, what was called wild, and courses."""
+def sizes(C: int) -> tuple[int, ...]:
+    """Return how many numbers a row had before each of what is above: legs, a pace, what was wild, courses, known."""
     last = bank.row_at(C).courses + (NUMBERS - len(LINE)) * bank.LINES * C
     kept = last - 1 - C
-    return size(C), kept - 1, kept, last
+    return size(C), kept - 1, kept, last, bank.row_size(C) - 1
 
 
 def size(C: int) -> int:
@@ -47,8 +48,15 @@ def rows(C: int, found: np.ndarray) -> np.ndarray:
         each = bank.EACH - 1  # of a coordinate
         places = [bank.REFUSED, *(bank.REFUSED + each * c + bank.ASIDE for c in range(C))]
         found = np.insert(found, places, 0.0, axis=-1)
-    if not found.ndim or found.shape[-1] != sizes(C)[3]:
-        return found
+    if found.ndim and found.shape[-1] == sizes(C)[3]:
+        found = _with_courses(C, found)
+    if found.ndim and found.shape[-1] == sizes(C)[4]:
+        found = np.concatenate([found, found[..., bank.SEEN : bank.SEEN + 1]], axis=-1)
+    return found
+
+
+def _with_courses(C: int, found: np.ndarray) -> np.ndarray:
+    """Return rows with what the target may do, which begins with the next plot."""
     first = int(bank.row_at(C).linear)
     head, linear, rest = np.split(found, [first, first + bank.KALMAN * NUMBERS * C], axis=-1)
     members = linear.reshape(*found.shape[:-1], bank.KALMAN, C, NUMBERS)

@@ -54,6 +54,7 @@ def enter(task, row, t, y, R, C):
         row[bank.of_coordinate(C, bank.STATED, c)] = R[c]
         if R[c] > 0.0:
             row[bank.TRUST] = task.claim
+    row[bank.row_at(C).known] = 1.0
     for j in range(bank.TAILS):
         row[bank.row_at(C).tails + j] = PRIOR[j]
     for i in range(bank.members(C)):
@@ -318,6 +319,7 @@ def note(row, C, d, y, told, off, exact):
     row[bank.TIME] += d
     row[bank.GAP] = log(d)
     row[bank.SEEN] += 1.0
+    row[bank.row_at(C).known] = min(row[bank.row_at(C).known] + 1.0, row[bank.SEEN])
 
 
 @kernel

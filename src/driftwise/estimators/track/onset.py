@@ -2,6 +2,8 @@
 
 lead         p/(p + (1 - p)(1 + N/n)), p = sum_j mu_j of the courses j that are manoeuvres (`courses`), under the noise
              of the members that lead: where it was learnt from few plots n, it is wrong in all plots at once
+n            one more with each plot, and as much fewer as that makes the variance of the noise larger
+odds needed  of the lead; more where plots come fast: one more is soon there, and one second has many that may be wrong
 
 A plot that a publisher drew on the line of those before it says nothing. A position whose stamp is wrong by tau is off
 along the way, by tau times the speed; and so is the next, if that is late as well: a course of its own. A turn leads
@@ -15,8 +17,10 @@ from ...engine.elementary import exp, log
 from . import bank, courses, learning, linear
 
 SOONEST, RESTS = 6.0, 10.0  # plots until something is told, at first; and in which courses rest before they begin anew
-TOLD_ABOVE, OVER_BELOW = 0.75, 0.3  # of the lead: an onset, and when another may come
+ODDS, MOST_ODDS, PATIENCE = 2.0, 5.0, 2.0  # of the lead: an onset; where plots are nearer than so many seconds
+OVER_BELOW = 0.3  # of the lead: when another may come
 DOUBTED = 15.0  # plots that must have shown the noise until odds are half of what they seem
+STEADY = 0.1  # of a log variance by which it may rise at a plot, and be known from as many
 LOUDER = 4.0  # of a log variance by which it rises at one plot, where a precise start has ended: no manoeuvre does
 LEADING = 1e-6  # weight of all members of which the noise is taken, at least
 
@@ -41,9 +45,18 @@ def loudness(row, C, w):
 
 
 @kernel
+def needed(T):
+    """Return the lead above which an onset is told, where plots are T seconds apart."""
+    odds = min(ODDS * math.sqrt(max(PATIENCE / T, 1.0)), MOST_ODDS)
+    return odds / (1.0 + odds)
+
+
+@kernel
 def doubt(row, C, before, w):
-    """Let courses begin anew where a plot has shown that all was too sure: noise far above what it was ``before``."""
-    if loudness(row, C, w) > before + C * LOUDER:
+    """Let fewer plots have shown noise that rose above what it was ``before``; where all were too sure, begin anew."""
+    rise, known = (loudness(row, C, w) - before) / C, bank.row_at(C).known
+    row[known] = max(row[known] * exp(min(STEADY - rise, 0.0)), 1.0)
+    if rise > LOUDER:
         row[bank.row_at(C).courses + courses.at_share(courses.AHEAD, C)] = 0.0
         row[bank.LEAD] = -RESTS  # and it counts up to 0
 
@@ -83,6 +96,6 @@ def watch(task, row, C, T, d, y, unit, g, w, exact, room):
         moves = 0.0
         for j in range(courses.MOVES, bank.COURSES):
             moves += K[courses.at_share(j, C)]
-        row[bank.LEAD] = moves / (moves + (1.0 - moves) * (1.0 + DOUBTED / row[bank.SEEN]))
+        row[bank.LEAD] = moves / (moves + (1.0 - moves) * (1.0 + DOUBTED / row[bank.row_at(C).known]))
     if C == 2:
         courses.turn(row, K, C)

@@ -328,7 +328,7 @@ def advance(task, row, t, y, R, out, kept):
         judging.weigh(row, C, mean, w)
         if not waits:
             row[bank.TIME], row[bank.REFUSED] = t, 0.0
-            if row[bank.ALERT] == 0.0 and row[bank.LEAD] > onset.TOLD_ABOVE:
+            if row[bank.ALERT] == 0.0 and row[bank.LEAD] > onset.needed(bank.period(row)):
                 row[bank.ALERT] = begins = 1.0
             elif row[bank.LEAD] < onset.OVER_BELOW:
                 row[bank.ALERT] = 0.0

@@ -26,6 +26,8 @@ RATE_HEAD = (
 SOONEST = (
     0.7  # of all manoeuvres, told or not: by their median, who tells more than these is not later than who does not
 )
+SCANS, SOON = (1.0, 4.0), 6.0  # s from plot to plot at which it counts how soon a manoeuvre is told; s that are soon
+SHARES = 0.1, 0.25, 0.5, 0.7  # of all manoeuvres, told or not: by when so many are told
 
 
 class Total:
@@ -68,6 +70,16 @@ class Total:
     def delay(self) -> float:
         """Median delay of those told, scans."""
         return float(np.median(self.delays[np.isfinite(self.delays)])) if np.isfinite(self.delays).any() else np.nan
+
+    @property
+    def seconds(self) -> np.ndarray:
+        """Delays, s, of all manoeuvres where plots are a few seconds apart; infinite where none was told."""
+        return np.array([d for t in self.tracks if SCANS[0] <= t.scan < SCANS[1] for d in t.delays])
+
+    @property
+    def soon(self) -> float:
+        """Share of these that are told soon: who tells seven of ten, half of them within ``SOON``, has .35."""
+        return mean(self.seconds <= SOON)
 
     @property
     def false_rate(self) -> float:
@@ -158,6 +170,12 @@ def by_rate(found: list[Found]) -> str:
             number(some.delay, 1),
         ]] if some.tracks else []  # fmt: skip
     return table(rows, RATE_HEAD)
+
+
+def told_by(delays: np.ndarray) -> list[str]:
+    """Return the cells that say how soon manoeuvres are told: the share of all that is soon, by when which share is."""
+    by = np.quantile(delays, SHARES, method="lower") if len(delays) else np.full(len(SHARES), np.nan)
+    return [number(mean(delays <= SOON), 2), *(number(float(s), 1) for s in by)]
 
 
 def soonest(some: Total) -> float:

@@ -16,7 +16,7 @@ from driftwise.engine.errors import InputError
 from ..worlds import judged
 from . import crowd
 from .bound import by_plots, in_widened
-from .field import Total, by_kind, by_rate, by_trouble, worst
+from .field import SCANS, SHARES, SOON, Total, by_kind, by_rate, by_trouble, told_by, worst
 from .measured import play
 
 ANSWERS = (  # what a track, or a scene, depends on
@@ -36,6 +36,7 @@ GOALS = (  # words, how to read a `Total`, least, most
     ("share of objects that are one track", lambda t: t.whole, 0.95, 1.0),
     ("false onsets of 1000 quiet plots", lambda t: t.false_rate, 0.0, 1.0),
     ("share told of the manoeuvres that could be", lambda t: t.told, 0.7, 1.0),
+    (f"the same of those at {SCANS[0]:g} to {SCANS[1]:g} s within {SOON:g} s", lambda t: t.soon, 0.35, 1.0),
     ("plots refused over those truly wild", lambda t: t.refused / max(t.wild, 1), 0.0, 1.5),
 )
 
@@ -48,6 +49,14 @@ def verdicts(total: Total) -> list[str]:
         said = "met" if least <= value <= most else "**missed**"
         made.append(f"* {said}: {words}: {value:.3f} ({least:g} to {most:g})")
     return made
+
+
+def by_when(who: str, total: Total) -> str:
+    """Return in words by when which share of all manoeuvres is told, where plots are a few seconds apart."""
+    within, *by = told_by(total.seconds)
+    shares = ", ".join(f"{100 * share:g} % by {cell} s" for share, cell in zip(SHARES, by))
+    where = f"of all {len(total.seconds)} manoeuvres at {SCANS[0]:g} to {SCANS[1]:g} s"
+    return f"* {who}: {where} {within} are told within {SOON:g} s; {shares}"
 
 
 def main(arguments=None) -> None:
@@ -77,6 +86,7 @@ def main(arguments=None) -> None:
         f"* who is told the variance of every plot has {told.sober:.3f} of the first, {told.good:.3f} of the second; "
         "see by plots"
     )
+    said += [by_when("ours", Total(found)), by_when("who is told the variance", told)]
     print(f"seed {seed}, {asked.scenes} scenes, {time.time() - began:.0f} s\n")
     print(*tables, "\n".join(said), "", worst(found, asked.worst), sep="\n")
     if asked.judge:

@@ -3,7 +3,8 @@
 The exact filter (`exact`, with the law of every plot's error) tells an onset where its probability of a manoeuvre rises
 above a threshold, and may tell the next once it was below `OVER`. Objects of one sensor, 30 to 320 plots, no animals.
 Delays are from the true beginning, the median of those told: what nobody can shorten is the time that a manoeuvre
-takes to lead away from straight flight.
+takes to lead away from straight flight. A median of those told is later for who tells more, so the others are of all,
+told or not: who tells seven of ten with a median of 6 s has .35 of all within 6 s.
 
 Run: python -m driftwise_studies.score.motions.soonest [--seed 0] [--scenes 1000]
 """
@@ -20,15 +21,18 @@ from .bound import EDGES
 from .drawing import asked, draw
 from .errors import known
 from .exact import exact
-from .field import table
+from .field import SCANS, SHARES, SOON, table, told_by
 from .measured import FIRST, onsets
 from .scene import Scene
 from .simulation import Seen, simulate
 
-SCANS, MOST = (1.0, 4.0), 320  # s from plot to plot, and plots of a track
+MOST = 320  # plots of a track
 THRESHOLDS, OVER = (0.5, 0.7, 0.8, 0.9, 0.95), 0.3  # of the probability of a manoeuvre
 WORK, PARTICLES = 250_000, (1000, 3000)  # particles times plots of a track, and particles
-HEAD = "onset", "quiet plots", "false onsets, of 1000", "told", "median delay, s"
+HEAD = (
+    *("onset", "quiet plots", "false onsets, of 1000", "told", "median delay, s", f"within {SOON:g} s, of all"),
+    *(f"{100 * share:g} % by, s" for share in SHARES),
+)
 
 
 def risen(probability: np.ndarray, threshold: float) -> np.ndarray:
@@ -76,9 +80,12 @@ def main(arguments=None) -> None:
 def row(name: str, some: list[tuple]) -> list[str]:
     """Return a row of the table."""
     quiet, false, delays = sum(one[0] for one in some), sum(one[1] for one in some), [d for one in some for d in one[2]]
-    told = np.isfinite(delays)
+    told, rate = np.isfinite(delays), 1000 * false / quiet
     median = float(np.median(np.array(delays)[told]))
-    return [name, f"{quiet}", f"{1000 * false / quiet:.2f}", f"{told.mean():.2f} of {len(told)}", f"{median:.1f}"]
+    return [
+        *(name, f"{quiet}", f"{rate:.2f}", f"{told.mean():.2f} of {len(told)}", f"{median:.1f}"),
+        *told_by(np.array(delays)),
+    ]
 
 
 if __name__ == "__main__":
