@@ -95,4 +95,4 @@ def test_noise_that_rises_is_known_from_as_much_fewer_plots():
 
 def test_more_is_needed_for_an_onset_where_the_next_plot_is_soon_there():
     needed = np.array([onset.needed(T) for T in (0.01, 0.3, 0.5, 2.0, 60.0)])
-    np.testing.assert_allclose(needed / (1.0 - needed), [5.0, 5.0, 4.0, 2.0, 2.0])
+    np.testing.assert_allclose(needed / (1.0 - needed), [5.0, 5.0, 2.3 * 3.0**0.5, 2.3, 2.3])

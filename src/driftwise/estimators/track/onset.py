@@ -17,7 +17,7 @@ from ...engine.elementary import exp, log
 from . import bank, courses, learning, linear
 
 SOONEST, RESTS = 6.0, 10.0  # plots until something is told, at first; and in which courses rest before they begin anew
-ODDS, MOST_ODDS, PATIENCE = 2.0, 5.0, 2.0  # of the lead: an onset; where plots are nearer than so many seconds
+ODDS, MOST_ODDS, PATIENCE = 2.3, 5.0, 1.5  # of the lead: an onset; where plots are nearer than so many seconds
 OVER_BELOW = 0.3  # of the lead: when another may come
 DOUBTED = 15.0  # plots that must have shown the noise until odds are half of what they seem
 STEADY = 0.1  # of a log variance by which it may rise at a plot, and be known from as many
