@@ -36,8 +36,7 @@ class Whitened(Mean):
     def rows(self) -> np.ndarray:
         """The samples that count: used, and not the first ones, by which the noise is whitened."""
         if "rows" not in self.cache:
-            found = self._seen()
-            self.cache["rows"] = found[np.searchsorted(found, self.waits) :]
+            self.cache["rows"] = self.seen[np.searchsorted(self.seen, self.waits) :]
         return self.cache["rows"]
 
     @property
@@ -45,15 +44,18 @@ class Whitened(Mean):
         """How many of the first samples are driven by inputs before the record."""
         return max(max(self.nk, default=0) + self.b.shape[1] - 1, 0)
 
-    def _seen(self) -> np.ndarray:
-        """Return the samples that count wherever the inputs before are known."""
-        seen = self.used.copy()
-        for j in range(1, len(self.f) + 1 if not self.record.is_scattered else 1):
-            seen[j:] &= self.used[:-j]
-            seen[:j] = False
-        if self.gaps is not None:
-            seen[self.gaps.at] = True
-        return np.flatnonzero(seen)
+    @property
+    def seen(self) -> np.ndarray:
+        """The samples that count wherever the inputs before are known."""
+        if "seen" not in self.cache:
+            seen = self.used.copy()
+            for j in range(1, len(self.f) + 1 if not self.record.is_scattered else 1):
+                seen[j:] &= self.used[:-j]
+                seen[:j] = False
+            if self.gaps is not None:
+                seen[self.gaps.at] = True
+            self.cache["seen"] = np.flatnonzero(seen)
+        return self.cache["seen"]
 
     @property
     def loudness_before(self) -> tuple[int, float]:
@@ -63,8 +65,7 @@ class Whitened(Mean):
         """
         if self.waits < FEW or self.record.is_scattered:
             return 0, 1.0
-        rows = self._seen()
-        rows = rows[: np.searchsorted(rows, self.waits)]
+        rows = self.seen[: np.searchsorted(self.seen, self.waits)]
         if self.gaps is not None:
             rows = np.setdiff1d(rows, self.gaps.at)
         if len(rows) < FEW:
