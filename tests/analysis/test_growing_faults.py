@@ -27,7 +27,7 @@ def test_a_shape_that_grows_is_a_line_from_nothing_to_one():
     assert shapes.lasts(k, 64) == 0
     assert not found[:first].any() and abs(found[last + 1 :]).max() < 1e-6
     assert np.allclose(np.diff(found[first:last]), 1 / (last - first))
-    assert np.allclose(shapes.of_steps(edges(64, shapes.dates), [k])[:, 0], found)
+    assert np.allclose(shapes.of_steps(edges(64, shapes.dates).T, [k])[0], found)
 
 
 def test_noises_are_as_likely_as_one_together_and_shapes_are():

@@ -16,7 +16,7 @@ from .speeds import MOST, STEP, Piece, moved_by, passed, pieces, slowed
 
 # of the numbers beside A and B, in order
 PARTS = "bends", "gains", "shifts", "ramps", "speeds", "start", "columns", "levels"
-KEPT = "placed", "beside", "seen", "rows", "bridge", "gaps", "mixing", "deviations", "aside"  # .. of its parts and noise
+KEPT = "placed", "beside", "seen", "rows", "bridge", "gaps", "mixing", "deviations", "aside"  # .. of parts and noise
 OF_MEAN = "placed", "drives", "before", "inner", "beside", "mean"  # of what is known, by others of the same mean
 EDGE = 0.9998  # of a pole, at most
 RINGS = 8.0  # time constants of a pair that a record must hold

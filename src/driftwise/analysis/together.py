@@ -21,20 +21,10 @@ from typing import NamedTuple
 import numpy as np
 
 from .events import Event
-from .together_evidence import (
-    STEADY,
-    Evidence,
-    blocks,
-    evidence,
-    loudness,
-    moved,
-    odds_of,
-    scaled,
-    shared,
-    unstuck,
-)
+from .together_evidence import STEADY, Evidence, blocks, evidence, loudness, moved, odds_of, unstuck
 from .together_loudness import Loudness
 from .together_noise import Shapes, shapes_of
+from .together_white import scaled, shared, whitened
 
 BLOCKS, LEAST = 64, 2  # in which a record is looked at; rows that each has at least
 TAKES = math.log(0.5)  # log of the chance that a column takes part, and that it does not
@@ -172,21 +162,40 @@ def is_usable(x) -> bool:
 
 def looks(x: dict[str, np.ndarray], loud: dict[str, Loudness | None]) -> dict[str, Look]:
     """Return what is seen of each column, in blocks."""
-    names, found = list(x), {}
-    X = np.column_stack([scaled(x[name])[0] for name in names])
-    for j, name in enumerate(names):
-        former = beside(x[name], X[:, :j])
-        others = former if j == len(names) - 1 else beside(x[name], np.delete(X, j, axis=1))
-        now = loud[name]
-        noise = None if now is None else evidence(now.blocks, steady=STEADY, halves=now.halves)
-        found[name] = Look(evidence(x[name]), former, others, noise)
+    p, found = len(x), {}
+    heard = {name: now for name in x if (now := loud[name]) is not None}
+    noise = {}
+    if heard:
+        white = whitened(np.column_stack([now.blocks for now in heard.values()]))
+        noise = {
+            name: evidence(white, j, steady=STEADY, halves=now.halves) for j, (name, now) in enumerate(heard.items())
+        }
+    former, others = [tuple(range(j)) for j in range(p)], [(*range(j), *range(j + 1, p)) for j in range(p)]
+    X, ways = with_shared(np.column_stack(list(x.values())), {*former, *others})
+    white = whitened(X)
+    for j, name in enumerate(x):
+        by = {way: evidence(white, j, way) for way in {*ways[former[j]], *ways[others[j]]}}
+        by_former, by_others = (tuple(by[way] for way in ways[group]) for group in (former[j], others[j]))
+        found[name] = Look(evidence(white, j), by_former, by_others, noise.get(name))
     return found
 
 
-def beside(x, X) -> tuple[Evidence, ...]:
-    """Return what is seen of a column beside others (n, q): beside what these share, more or less of it, and all."""
-    q = X.shape[1]
-    return (*(evidence(x, shared(X, k)) for k in SHARED if k < q), evidence(x, X)) if q else ()
+Group = tuple[int, ...]  # places of columns
+
+
+def with_shared(X, groups: Iterable[Group]) -> tuple[np.ndarray, dict[Group, tuple[Group, ...]]]:
+    """Return columns (n, p) and behind them what groups share; and beside which of all these one is seen, by group.
+
+    That is beside what its columns share, more or less of it, and beside all of them.
+    """
+    parts, p, ways, about = [X], X.shape[1], {}, scaled(X)[0]
+    for group in groups:
+        counts = [q for q in SHARED if q < len(group)]
+        ways[group] = (*(tuple(range(p, p + q)) for q in counts), group) if group else ()
+        if counts:
+            parts.append(shared(about[:, group], counts[-1]))
+            p += counts[-1]
+    return np.column_stack(parts), ways
 
 
 class Part(NamedTuple):
@@ -232,8 +241,8 @@ def likeliest(seen: dict[str, Look], T: int, expected) -> tuple[Together, dict[s
 
 def size_of(name: str, seen: dict[str, Look], moves: Iterable[str], k: int) -> float:
     """Return by how much shape k moves a column, by itself or beside those that do not move, which it may follow."""
-    level, still = seen[name].level, [seen[other].level.x for other in seen if other not in moves]
-    ways = (level, evidence(level.x, np.column_stack(still))) if still else (level,)
+    level, still = seen[name].level, [seen[other].level.j for other in seen if other not in moves]
+    ways = (level, evidence(level.white, level.j, still)) if still else (level,)
     return moved(max(ways, key=lambda way: float(way.shapes[k])), k)[0] * level.size
 
 

@@ -9,8 +9,8 @@ What the others share is little (`shared`): to follow that costs fewer numbers t
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -18,37 +18,35 @@ from numpy.lib.stride_tricks import sliding_window_view
 from .together_loudness import Loudness, of_halves
 from .together_loudness import loudness as loudness_of
 from .together_noise import EACH_SLOW, NOTHING_SLOW, TINY, noises, shapes_of
+from .together_white import EXACT, Seen, White, seen
 
 SIZES = 0.3, 6.0, 120.0  # variances of what a change does to a column, in those of the column about its mean
 STEADY = 0.95  # how likely the noise of a sensor is as loud throughout, or changes by chance alone
-FOLLOWS = 30.0  # variance of what a column follows another by, both scaled, in that of the noise
-EXACT = 1e-6  # of its squares, that others are never said to know of a column
 KEEP = 6.0  # nats below the best noise, from which on one is left out
 COARSE = 29  # of so many shapes one is looked at to know which noises may be left out
+AT_ONCE = 2**15  # shapes times noises that are weighed at a time: what a processor has at hand
 FEW, FAR = 15, 4.0  # rows of the median that single values are held against; deviations that one may be from it
 MOVING, STILL = 0.3, 12  # share of equal rows of a sensor that moves; so many of them in a row, and it is stuck
 
 
 @dataclass(frozen=True)
 class Evidence:
-    """What a column (n,) says, beside others (n, q): log likelihoods without a change, and of each shape of one.
+    """What column ``j`` of some says, perhaps beside others: log likelihoods without a change, and of each shape.
 
-    ``own`` are the places of the noises that may be its own; ``size`` is what the column was divided by; ``halves`` is
-    half of what those of each block differ by.
+    ``seen`` is the column under the noises that may be its own, of whose loudness so many numbers (``freedom``) tell.
     """
 
+    white: White
+    j: int
     none: float
     shapes: np.ndarray
-    own: np.ndarray
-    x: np.ndarray
-    beside: np.ndarray | None
-    size: float
-    halves: np.ndarray | None = None
+    seen: Seen
+    freedom: int
 
     @property
-    def freedom(self) -> int:
-        """How many numbers say how loud its noise is."""
-        return len(self.x) - 1 + _count(self.halves)
+    def size(self) -> float:
+        """What the column was divided by."""
+        return float(self.white.sizes[self.j])
 
     @property
     def odds(self) -> np.ndarray:
@@ -56,114 +54,89 @@ class Evidence:
         return self.shapes - self.none
 
 
-class Seen(NamedTuple):
-    """A column under some noises, white, the others taken out: log likelihood but for what is left; squares; steps.
-
-    along : (noises, steps), the white shape of each step times z
-    others : (noises, q, steps), the same times what the others say, of length one; None without any
-    """
-
-    constant: np.ndarray
-    whole: np.ndarray
-    along: np.ndarray
-    others: np.ndarray | None
-
-
-def seen(x, beside, which, halves=None) -> Seen:
-    """Return a column (n,) beside others (n, q), or with its ``halves`` and no other, under some noises."""
-    grid = noises(len(x))
-    left, steps, constant = grid.left[which], grid.steps[which], grid.constant[which]
-    white = left @ x
-    along = steps @ x.astype(np.float32)
-    if beside is None and halves is not None:
-        loud = of_halves(len(x))[which]
-        return Seen(constant - 0.5 * len(halves) * np.log(loud), white @ x + halves @ halves / loud, along, None)
-    if beside is None:
-        return Seen(constant, white @ x, along, None)
-    gram = np.einsum("ib,mij,jc->mbc", beside, left, beside, optimize=True) + np.eye(beside.shape[1]) / FOLLOWS
-    root = np.linalg.cholesky(gram)
-    told = np.linalg.solve(root, (white @ beside)[..., None])[..., 0]
-    others = (np.linalg.inv(root) @ (steps @ beside.astype(np.float32)).transpose(0, 2, 1)).astype(np.float32)
-    constant = constant - np.log(np.diagonal(root, axis1=1, axis2=2)).sum(axis=1)
-    constant = constant - 0.5 * beside.shape[1] * math.log(FOLLOWS)
-    along = along - np.einsum("mq,mqd->md", told.astype(np.float32), others)
-    whole = np.maximum(white @ x - (told**2).sum(axis=1), 0.0) + EXACT * (white @ x)
-    return Seen(constant, whole, along, others)
-
-
-def scaled(x) -> tuple[np.ndarray, float]:
-    """Return a column about its mean, of deviation one, and what it was divided by."""
-    size = max(float(x.std()), 1e-300)
-    return (x - x.mean()) / size, size
-
-
-def evidence(x, beside=None, steady: float = NOTHING_SLOW, halves=None) -> Evidence:
-    """Return what a column in blocks (n,) says of each shape: over noises, sizes, and variances as likely in logarithm.
+def evidence(white: White, j: int = 0, beside: Sequence[int] = (), steady=NOTHING_SLOW, halves=None) -> Evidence:
+    """Return what column j says of each shape: over noises, sizes, and variances as likely in logarithm.
 
     log p(x) = constant - log(1 + v s's) / 2 - (n - 1) / 2 log(x'x - (s'x)^2 / (s's + 1 / v)), all white, s the shape,
-    and without what others (n, q), scaled, say of x and of s; ``steady`` is how likely beforehand nothing is slow. What
-    ``halves`` of blocks differ by, (m,), no change does: x'x grows by their squares, white, and n by m.
+    and without what others, those ``beside``, say of x and of s; ``steady`` is how likely beforehand nothing is slow.
+    What ``halves`` of blocks differ by, (m,), no change does: x'x grows by their squares, white, and n by m.
     """
-    n = len(x)
-    shapes, grid = shapes_of(n), noises(n)
-    x, size = scaled(x)
-    halves = None if halves is None else halves / size
-    freedom = n - 1 + _count(halves)
-    by = seen(x, beside, slice(None), halves)
-    slow = math.log((1 - steady) / EACH_SLOW)
-    by = by._replace(constant=by.constant + np.where(grid.is_slow, slow, math.log(steady / NOTHING_SLOW)))
-    none = by.constant - 0.5 * freedom * np.log(by.whole)
-    few = np.arange(0, len(shapes.begin), COARSE)
+    n = len(white.X)
+    by, freedom = seen(white, j, beside), n - 1
+    if halves is not None:
+        by, freedom = with_halves(by, halves / white.sizes[j], of_halves(n)), freedom + len(halves)
+    prior = np.where(noises(n).is_slow, math.log((1 - steady) / EACH_SLOW), math.log(steady / NOTHING_SLOW))
+    none = by.constant + prior - 0.5 * freedom * np.log(by.whole)
 
-    free = _free(grid.free[:, few], None if by.others is None else shapes.of_steps(by.others, few))
-    along = shapes.of_steps(by.along, few)
-    some = np.array(
-        [likelihoods(by.constant[:, None], by.whole[:, None], free, along, v, freedom).max(axis=1) for v in SIZES]
-    )
-    may = (none > none.max() - KEEP) | (some > some.max() - KEEP)  # (sizes, noises)
-    own, may = np.flatnonzero(may.any(axis=0)), may[:, may.any(axis=0)]
-    top, ratio = float(some.max()), np.zeros(len(shapes.begin))
-    for i, sizes in zip(own, may.T):
-        along = shapes.of_steps(by.along[i])
-        free = _free(grid.free[i], None if by.others is None else shapes.of_steps(by.others[i]))
-        for v in np.array(SIZES)[sizes]:
-            constant, whole = float(by.constant[i] - top), float(by.whole[i])
-            ratio += np.exp(likelihoods(constant, whole, free, along, float(v), freedom))
+    shapes, top = len(shapes_of(n).begin), float(none.max())
+    some = by_size(to_scale(by, prior - top, freedom), n, np.arange(0, shapes, COARSE), freedom)
+    best = np.array([logs.max(axis=0) for logs in some])
+    may = (none > top - KEEP) | (best > best.max() - KEEP)  # (sizes, noises)
+    own, top = may.any(axis=0), top + float(best.max())
+    by, may = by.under(own), may[:, own].astype(np.float32)
+    step, ratio, relative = max(AT_ONCE // len(by.which), 1), np.zeros(shapes), to_scale(by, prior[own] - top, freedom)
+    for part in (slice(k, k + step) for k in range(0, shapes, step)):
+        for logs, its_noises in zip(by_size(relative, n, part, freedom), may):
+            ratio[part] += np.exp(logs, out=logs) @ its_noises
     found = np.log(ratio / len(SIZES) + 1e-300) + top
-    return Evidence(float(np.logaddexp.reduce(none)), found, own, x, beside, size, halves)
+    return Evidence(white, j, float(np.logaddexp.reduce(none)), found, by, freedom)
 
 
-def shared(X, q: int) -> np.ndarray:
-    """Return what columns (n, p) share, the most of it first: q principal components, each of deviation one."""
-    U = np.linalg.svd(X, full_matrices=False)[0][:, :q]
-    return U * math.sqrt(len(X))
+def with_halves(by: Seen, halves, loud) -> Seen:
+    """Return a column by itself, of which halves of blocks differ, (m,), by variances ``loud`` under each noise."""
+    constant = by.constant - 0.5 * len(halves) * np.log(loud)
+    return by._replace(constant=constant, whole=by.whole + halves @ halves / loud)
 
 
-def _count(halves) -> int:
-    return 0 if halves is None else len(halves)
+def to_scale(by: Seen, more, freedom: int) -> Seen:
+    """Return a column so scaled under each noise that its likelihood has no constant left, nor ``more``, (noises,)."""
+    scale = np.exp(-(by.constant + more) / freedom)
+    whole, along = (by.whole * scale**2).astype(np.float32), by.along * scale.astype(np.float32)
+    return by._replace(constant=np.zeros(len(whole)), whole=whole, along=along)
 
 
-def _free(free, others):
-    """Return squares of white shapes, without what others (.., q, shapes) say of them."""
-    if others is None:
-        return free
-    return np.maximum(free - np.einsum("...qk,...qk->...k", others, others), np.float32(TINY))
+def by_size(by: Seen, n: int, which, freedom: int) -> Iterator[np.ndarray]:
+    """Yield log likelihoods of some shapes, (shapes, noises), but for constants, for each size."""
+    along, free = white_shapes(by, n, which)
+    squares = np.square(along, out=along)
+    for v in SIZES:
+        yield likelihoods(by.whole, free, squares, v, freedom)
 
 
-def likelihoods(constant, whole, free, along, v: float, freedom: int):
-    """Return log likelihoods of shapes of a size of variance v, where so many numbers say how loud the noise is."""
-    left = np.maximum(whole - along * along / (free + np.float32(1 / v)), EXACT * whole)
-    return constant - 0.5 * freedom * np.log(left) - 0.5 * np.log1p(np.float32(v) * free)
+def white_shapes(by: Seen, n: int, which) -> tuple[np.ndarray, np.ndarray]:
+    """Return some shapes times a column, and their squares, (shapes, noises), without what others say of either."""
+    shapes = shapes_of(n)
+    along, free = shapes.of_steps(by.along, which), noises(n).free[which].take(by.which, axis=1)
+    for other in by.others:
+        told = shapes.of_steps(other, which)
+        free -= np.square(told, out=told)
+    return along, np.maximum(free, np.float32(TINY), out=free)
+
+
+def likelihoods(whole, free, squares, v: float, freedom: int):
+    """Return log likelihoods of shapes of a size of variance v, where so many numbers say how loud the noise is.
+
+    ``whole`` is the square of the column, ``free`` are those of the shapes, ``squares`` those of shapes times column.
+    """
+    grown = free + np.float32(1 / v)
+    left = squares / grown
+    np.subtract(whole, left, out=left)
+    if left.min() < EXACT * whole.max():
+        np.maximum(left, np.float32(EXACT) * whole, out=left)
+    np.log(left, out=left)
+    left *= np.float32(-0.5 * freedom)
+    np.log(grown, out=grown)
+    grown *= np.float32(0.5)
+    left -= grown
+    left -= np.float32(0.5 * math.log(v))
+    return left
 
 
 def moved(one: Evidence, k: int) -> tuple[float, float]:
     """Return mean and variance of the size of shape k, as scaled, over the noises of a column."""
-    n, v = len(one.x), SIZES[-1]
-    shapes, grid = shapes_of(n), noises(n)
-    by = seen(one.x, one.beside, one.own, one.halves)
-    free = _free(grid.free[one.own][:, [k]], None if by.others is None else shapes.of_steps(by.others, [k]))[:, 0]
-    along = shapes.of_steps(by.along, [k])[:, 0].astype(float)
-    weight = likelihoods(by.constant, by.whole, free.astype(float), along, v, one.freedom)
+    by, v = one.seen, SIZES[-1]
+    along, free = (part[0].astype(float) for part in white_shapes(by, len(one.white.X), [k]))
+    weight = by.constant + likelihoods(by.whole, free, along * along, v, one.freedom)
     weight = np.exp(weight - weight.max())
     weight /= weight.sum()
     mean = along / (free + 1 / v)

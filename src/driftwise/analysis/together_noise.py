@@ -53,12 +53,16 @@ class Shapes(NamedTuple):
 
     def shape(self, k: int, n: int) -> np.ndarray:
         """Return shape k in n blocks, (n,)."""
-        return self.of_steps(edges(n, self.dates), [k])[:, 0]
+        return self.of_steps(edges(n, self.dates).T, [k])[0]
 
     def of_steps(self, by, which: Any = slice(None)) -> np.ndarray:
-        """Return (.., shapes) of what is linear in a shape, from that of the steps (.., steps)."""
-        first, last, third = (by.take(places[which], axis=-1) for places in (self.first, self.last, self.third))
-        return (first - last) * self.scale[which] - third
+        """Return (shapes, ..) of what is linear in a shape, from that of the steps (steps, ..), in order."""
+        found = by.take(self.first[which], axis=0)
+        found -= by.take(self.last[which], axis=0)
+        grows = np.searchsorted(self.ramp[which], len(RAMPS))  # the last ones
+        found[grows:] *= self.scale[which][grows:].reshape(-1, *[1] * (by.ndim - 1))
+        found[grows:] -= by.take(self.third[which][grows:], axis=0)
+        return found
 
     def expected(self, done) -> np.ndarray:
         """Return the log of how likely each shape is where something was done at some blocks, nearly.
@@ -84,8 +88,8 @@ class Noises(NamedTuple):
 
     constant : (noises,), the log likelihood, but for what is left of z
     left : (noises, n, n), x @ left @ x = z @ z
-    steps : (noises, steps, n), steps @ x is what the white shape of each step is times z
-    free : (noises, shapes), the square of each shape, white
+    steps : (n, steps, noises), x @ steps is what the white shape of each step is times z
+    free : (shapes, noises), the square of each shape, white
     is_slow : (noises,), whether there is something slow
     """
 
@@ -135,7 +139,7 @@ def noises(n: int) -> Noises:
     found = [_noise(K, math.log(chance), beside, shapes) for K, chance in covariances(n)]
     constant, left, steps, free = (np.array(part) for part in zip(*found))
     is_slow = np.arange(len(found)) % (len(found) // len(FAST)) > 0
-    return Noises(constant, left, steps, free, is_slow)
+    return Noises(constant, left, np.ascontiguousarray(steps.T), np.ascontiguousarray(free.T), is_slow)
 
 
 def _noise(K, log_chance: float, beside, shapes: Shapes):

@@ -25,6 +25,7 @@ import numpy as np
 from driftwise.analysis.together import BLOCKS, NOISE, SURE, is_usable
 from driftwise.analysis.together_evidence import STEADY, evidence, loudness, unstuck
 from driftwise.analysis.together_noise import shapes_of
+from driftwise.analysis.together_white import whitened
 
 from . import panels, rigs_bench, rigs_gradual, rigs_pump, rigs_together
 from .command import show
@@ -100,7 +101,7 @@ def odds(heard: Heard, name: str) -> float | None:
     if found is None:
         return None
     shapes, T = shapes_of(BLOCKS), len(x)
-    by = evidence(found.blocks, steady=STEADY, halves=found.halves).odds + shapes.chance
+    by = evidence(whitened(found.blocks[:, None]), steady=STEADY, halves=found.halves).odds + shapes.chance
     if heard.first is not None:
         by = by[abs(shapes.dates[shapes.begin] * T / BLOCKS - heard.first) <= NEAR + T / BLOCKS]
     return float(np.logaddexp.reduce(by)) + NOISE - math.log(2 * len(heard.columns))
