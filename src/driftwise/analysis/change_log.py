@@ -36,10 +36,14 @@ class Change:
     events: tuple[Event, ...] = ()  # what was done then
 
     @property
+    def beside(self) -> str:
+        """What moved, and what was done then."""
+        return f"{self.moved}, when {listed(list(map(str, self.events)))}" if self.events else self.moved
+
+    @property
     def what(self) -> str:
-        """What moved, and the odds, without the time."""
-        done = f", when {listed(list(map(str, self.events)))}" if self.events else ""
-        return f"{self.moved}{done} (odds {odds_words(self.odds)})"
+        """The same with the odds, without the time."""
+        return f"{self.beside} (odds {odds_words(self.odds)})"
 
     def spans_any(self, times) -> bool:
         """Whether it may have happened at one of some times."""

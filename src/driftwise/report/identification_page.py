@@ -134,7 +134,7 @@ def _when(found, line, change) -> str:
 
 
 def _changes(found, line) -> str:
-    rows = [[_when(found, line, c), c.moved, odds_words(c.odds)] for c in found.changes]
+    rows = [[_when(found, line, c), c.beside, odds_words(c.odds)] for c in found.changes]
     what = f"what changed: the surest {len(rows)} of {found.alarms}" if found.alarms > len(rows) else "what changed"
     return table([line.label, what, "odds"], rows, text=(0, 1))
 
