@@ -8,6 +8,7 @@ Bad at: noise that swings, or is sharper than that from sample to sample.
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -42,6 +43,12 @@ class Bridge(NamedTuple):
 
 def bridge(phi: float, share: float, at) -> Bridge:
     """Return how samples ``at`` (n,) follow from each other; ``share`` is the variance of w in that of a step."""
+    return _bridge(phi, share, np.asarray(at, np.int64).tobytes())
+
+
+@lru_cache(8)  # responses that are tried one after the other have the same noise at the same samples
+def _bridge(phi: float, share: float, samples: bytes) -> Bridge:
+    at = np.frombuffer(samples, np.int64)
     decays = np.append(1.0, phi ** np.diff(at))
     still = 1 / max(1 - phi * phi, 1e-12)
     P, gain, keep, take, size = still, 0.0, np.empty(len(at)), np.empty(len(at)), np.empty(len(at))
