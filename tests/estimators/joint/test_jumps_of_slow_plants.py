@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import driftwise as dw
+from driftwise.memory.at_rest import HEARD_BOTH
 from driftwise.memory.auto import AutoMemoryKernel
 from driftwise.memory.less_noise import HEARD
 from driftwise.memory.retrospect import retrospect_size
@@ -50,7 +51,7 @@ def test_a_state_saved_without_them_goes_on():
     row = np.atleast_1d(state).view(float)
     end = est.dtype.fields["memory_state"][1] // 8 + state["memory_state"].size
     (memory,) = [one for part in est.parts for one in part.policies if isinstance(one, AutoMemoryKernel)]
-    heard = HEARD + retrospect_size(memory.cap.size, int(memory.stakes))
+    heard = HEARD + retrospect_size(memory.cap.size, int(memory.stakes)) + HEARD_BOTH
     later = [*range(end - heard, end), *range(row.shape[-1] - state["fresh"].size, row.shape[-1])]
     found = upgrade.rows(est, np.delete(row, later, axis=-1))
     assert found.shape == row.shape and not found[..., later].any()
