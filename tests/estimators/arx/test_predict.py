@@ -127,16 +127,14 @@ def test_a_forecast_costs_some_updates_not_hundreds():
     est = dw.ARX(2, 2)
     state, ahead = est.scan(y, u).state, u[:24].copy()
 
-    def fastest(call, repeats=200):
-        best = np.inf
-        for _ in range(repeats):
+    calls = [lambda: est.predict(state, ahead), lambda: est.update(state, 1.0, 1.0)]
+    best = [np.inf, np.inf]
+    for _ in range(400):  # in turns: what else the machine does slows both
+        for k, call in enumerate(calls):
             begun = time.perf_counter()
             call()
-            best = min(best, time.perf_counter() - begun)
-        return best
-
-    est.predict(state, ahead), est.update(state, 1.0, 1.0)  # compiled by now
-    assert fastest(lambda: est.predict(state, ahead)) < 60 * fastest(lambda: est.update(state, 1.0, 1.0))
+            best[k] = min(best[k], time.perf_counter() - begun)
+    assert best[0] < 60 * best[1]
 
 
 def test_a_forecast_is_one_call_of_compiled_code_however_far_ahead(monkeypatch):
