@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from ..results.numbers import listed, odds_words, percent
+from ..results.numbers import odds_words, percent
 from .answer_times import Slowed, slowed_by
 from .change_effects import SPEED
-from .events import Event, samples
+from .events import Event, samples, when
 from .growing_noise import STEADY
 from .noise_jumps import LEAST
 from .segmentation import ALL, GAIN, LEVEL, Hindsight, Jump, Visible, hindsight
@@ -38,7 +38,7 @@ class Change:
     @property
     def beside(self) -> str:
         """What moved, and what was done then."""
-        return f"{self.moved}, when {listed(list(map(str, self.events)))}" if self.events else self.moved
+        return self.moved + when(self.events)
 
     @property
     def what(self) -> str:

@@ -6,12 +6,13 @@ of them did something is as likely beforehand as that something changed at any s
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..engine.holding import held
+from ..results.numbers import listed
 from ..tables.one_column import seldom_steps
 from ..tables.recognise import Table
 
@@ -43,6 +44,11 @@ def events_of(head: dict[str, Any], table: Table) -> tuple[Event, ...]:
         for x in [held(np.asarray(head[name], float))]
         for at in seldom_steps(x)
     )
+
+
+def when(events: Sequence[Event]) -> str:
+    """Return what was done, to be said behind what changed then; "" where nothing was."""
+    return f", when {listed(list(map(str, events)))}" if events else ""
 
 
 def samples(events: Iterable[Event], time) -> tuple[int, ...]:

@@ -13,7 +13,7 @@ from ..results.numbers import listed, odds_words
 from ..tables.cleaning import judged
 from ..tables.column_roles import SCORES, of_motion, parse
 from ..tables.recognise import Table
-from .events import Event, clock_of, events_of, samples
+from .events import Event, clock_of, events_of, samples, when
 from .seasons import of_table, unseasoned
 from .together import MOST_COLUMNS, Together, together
 
@@ -144,7 +144,6 @@ def together_words(one: Together, table: Table, origin: str | None = None) -> st
     ]
     until = "" if one.end is None else f", until {table.at(one.end, origin).removeprefix('at ')}"
     what, them = ("several columns changed together: ", "them") if len(one.names) > 1 else ("", "it")
-    done = f", when {listed(list(map(str, one.events)))}" if one.events else ""
     cause = "." if one.events else f"; what moved {them} the table does not say."
-    changed = f"{what}{listed(moves)}{until}{done} (odds {odds_words(one.odds)})"
+    changed = f"{what}{listed(moves)}{until}{when(one.events)} (odds {odds_words(one.odds)})"
     return f"{begin[0].upper()}{begin[1:]}{between} {changed}{cause}"
