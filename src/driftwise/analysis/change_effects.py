@@ -90,42 +90,48 @@ def scanner(now: Response, kind: str, i: int, r) -> Callable[[np.ndarray], np.nd
 
     def scanned(places) -> np.ndarray:
         if of_input and kind == SPEED:
-            d, free, _ = of_input(places)
-            product = d[0] - inside @ d[1:]
-            return 0.5 * share(product, free - squares(d[1:]), n) * product
-        d = of_step[:, T - 1 - places]
-        free = np.array([squared[: T - p] @ power[p:] for p in places.tolist()]) - squares(d[1:])
-        product = d[0] - inside @ d[1:]
-        taken = 0.5 * share(product, free, n) * product
-        if of_input:  # beside the level that moves with it
-            own, own_squares, shared = of_input(places)
-            own_free, own_product = own_squares - squares(own[1:]), own[0] - inside @ own[1:]
-            shared = shared - np.einsum("ij,ij->j", own[1:], d[1:])
-            part = share(shared, free, n)
-            own_free, own_product = own_free - part * shared, own_product - part * product
-            taken = taken + 0.5 * share(own_product, own_free, n) * own_product
-        return taken
+            return taken_by([of_input(places)], inside, n)
+        free = np.array([squared[: T - p] @ power[p:] for p in places.tolist()])
+        level = of_step[:, T - 1 - places], free, None
+        return taken_by([level, of_input(places)] if of_input else [level], inside, n)
 
     return scanned
+
+
+def one_by_one(now: Response, kind: str, i: int, r, places) -> np.ndarray:
+    """Return the same by what a change at each of the places does to each row."""
+    Q, moves, last = now.basis, [], None
+    targets = np.column_stack([r, Q])
+    for d in reversed(effects(now, kind, i, places)):
+        d *= now.weight
+        moves.append(((d @ targets).T, squares(d.T), None if last is None else np.einsum("pt,pt->p", d, last)))
+        last = d
+    return taken_by(moves, Q.T @ r, len(r))
+
+
+def taken_by(moves, inside, rows: int) -> np.ndarray:
+    """Return what changes take off half the squares of what is left, (places,), beside all else.
+
+    ``moves`` are what a change does, the level that goes with a gain first: products of each with what is left and with
+    a basis (1 + P, places) of all else, squares (places,), and products with the one before. ``inside`` (P,) is what is
+    left in that basis.
+    """
+    taken, was = np.zeros(len(moves[0][1])), None
+    for products, whole, shared in moves:
+        product, free = products[0] - inside @ products[1:], whole - squares(products[1:])
+        if was:
+            before, its_product, its_free = was
+            shared = shared - np.einsum("ij,ij->j", products[1:], before[1:])
+            part = share(shared, its_free, rows)
+            product, free = product - part * its_product, free - part * shared
+        taken = taken + 0.5 * share(product, free, rows) * product
+        was = products, product, free
+    return taken
 
 
 def squares(x) -> np.ndarray:
     """Return the sum of squares of each column."""
     return np.einsum("ij,ij->j", x, x)
-
-
-def one_by_one(now: Response, kind: str, i: int, r, places) -> np.ndarray:
-    """Return the same by what a change at each of the places does to each row."""
-    Q, taken, own = now.basis, np.zeros(len(places)), np.zeros(0)
-    for j, d in enumerate(reversed(effects(now, kind, i, places))):
-        d = d * now.weight
-        d -= (d @ Q) @ Q.T
-        if j:
-            d -= share(np.einsum("pt,pt->p", d, own), np.einsum("pt,pt->p", own, own), len(r))[:, None] * own
-        product = d @ r
-        taken += 0.5 * share(product, np.einsum("pt,pt->p", d, d), len(r)) * product
-        own = d
-    return taken
 
 
 def driven_from(now: Response, x, targets, power, step) -> Callable:
