@@ -14,7 +14,8 @@ from time import perf_counter
 
 import numpy as np
 from driftwise_studies.score.protocol import Score, judge
-from driftwise_studies.score.records import ROWS, folder, read
+from driftwise_studies.score.records import ROWS, folder
+from driftwise_studies.score.second import read
 
 import driftwise as dw
 from driftwise.analysis.candidates import candidates

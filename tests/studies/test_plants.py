@@ -6,8 +6,8 @@ from driftwise_studies.score.plants import PLANTS, draw, simulate
 from driftwise_studies.score.plants.batch import Batch
 from driftwise_studies.score.plants.field import Total, by_plant, worst
 from driftwise_studies.score.plants.measured import one
-from driftwise_studies.score.plants.physics import Plant, even, vehicle_slope
-from driftwise_studies.score.plants.simulation import TINY, response, truth
+from driftwise_studies.score.plants.physics import TINY, Plant, even, vehicle_slope
+from driftwise_studies.score.plants.simulation import response, truth
 from driftwise_studies.score.plants.told import is_tellable
 from scipy.stats import multivariate_normal
 

@@ -9,7 +9,7 @@ import pytest
 from driftwise_studies.papers import fixed_filters as filters
 from driftwise_studies.papers import radar_filters, recordings
 from driftwise_studies.papers.verdict import Table, Verdict
-from driftwise_studies.score import acceptance, labels, opponents, page, protocol, records, run, tables, tracks
+from driftwise_studies.score import acceptance, labels, opponents, page, protocol, records, run, second, tables, tracks
 from driftwise_studies.score import board as scored
 from driftwise_studies.score.second import SECOND
 
@@ -339,7 +339,7 @@ METHODS = (scored.FROZEN, "RLS 1/n", scored.FADING, "RLS .98", scored.KALMAN)
 
 def differences(name, structure, *cells):
     """Return every cell in which the opponents differ from the earlier study by more than a unit of the last digit."""
-    record = records.read(name, WHERE)
+    record = second.read(name, WHERE)
     s, _, found = scored.opponents_of(record.y, record.u)
     off = {} if ",".join(map(str, s)) == structure else {"structure": s}
     naive, *fits = (float(c) for c in cells[:6])

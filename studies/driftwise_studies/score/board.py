@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..papers import fixed_filters as filters
-from . import labels, opponents, records
+from . import labels, opponents, records, second
 from . import tracks as recorded
 from .labels import Found
 from .ours import between_jumps, ours, tracked
@@ -68,7 +68,7 @@ def opponents_of(y, u) -> tuple[opponents.Structure, float, dict[str, Score]]:
 
 def row(name: str, where: Path) -> Row:
     """Return the scores of one record."""
-    record = records.read(name, where)
+    record = second.read(name, where)
     y, u, _ = record
     s, q, scores = opponents_of(y, u)
     began = time.perf_counter()

@@ -230,10 +230,3 @@ ROWS: dict[str, Callable[[Path], Record]] = {
     "soldering_station": soldering,
     "nile": plain("nile.csv", "flow_1e8m3"),
 }
-
-
-def read(name: str, where: Path) -> Record:
-    """Return one of ``ROWS``, or of the second set."""
-    from .second import SECOND
-
-    return (ROWS | SECOND)[name](where)

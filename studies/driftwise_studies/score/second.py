@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .records import AIR, Record, cell_of, columns, filled, plain, stack
+from .records import AIR, ROWS, Record, cell_of, columns, filled, plain, stack
 
 
 def of(file: str, y: str, *u: str, dt: float = 1.0) -> Callable[[Path], Record]:
@@ -48,3 +48,8 @@ SECOND: dict[str, Callable[[Path], Record]] = {
     "ahu_szcav": air_handler,
     "uk_seatbelts": of("uk_seatbelts.csv", "drivers", "kms", "PetrolPrice", "law"),
 }
+
+
+def read(name: str, where: Path) -> Record:
+    """Return a record of either set."""
+    return (ROWS | SECOND)[name](where)

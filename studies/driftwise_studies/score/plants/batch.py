@@ -14,7 +14,8 @@ import numpy as np
 from scipy.optimize import least_squares, minimize_scalar
 
 from .drawing import FACTOR, Drawn
-from .simulation import TINY, response
+from .physics import TINY
+from .simulation import response
 
 LOG_STD = np.log(FACTOR) / 1.96
 ROUNDS, SETTLED = 12, 1e-3  # of least squares with a noise from the last; change of its logarithm that ends them

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .physics import PLANTS, Plant, between
+from .physics import AIR, GRAVITY, PLANTS, Plant, between, clocks, named
 
 FACTOR = 5.0  # the prior of a parameter: within this factor of its start, with 95 %
 SAMPLES = 600
@@ -52,8 +52,6 @@ def draw(seed: int, name: str, number: int) -> Drawn:
     >>> y.shape, record.u.shape, record.names
     ((600, 1), (600, 1), ['R0', 'R1', 'C1'])
     """
-    from .simulation import clocks, named
-
     plant, key = PLANTS[name], (seed, list(PLANTS).index(name), number, 25)
     rng = np.random.default_rng(key)
     starts = np.array(list(plant.starts.values()))
@@ -104,15 +102,11 @@ def signal(rng, way: str, t, fast: float, slow: float, low: float, high: float) 
 
 def hold(p, v):
     """Return the force that holds a vehicle's speed on a level road."""
-    from .physics import AIR, GRAVITY
-
     return AIR / 2 * p["drag"] * v**2 + p["mass"] * GRAVITY * p["rolling"]
 
 
 def driven(p, t, u):
     """Return the force of a driver who wants the speeds u[:, 0] on the grades u[:, 1], within .3 of gravity."""
-    from .physics import GRAVITY
-
     change = np.append(np.diff(u[:, 0]) / np.diff(t), 0.0)
     change = np.clip(change, -0.3 * GRAVITY, 0.2 * GRAVITY)
     return hold(p, u[:, 0]) + p["mass"] * (change + GRAVITY * np.sin(u[:, 1]))

@@ -13,6 +13,7 @@ import numpy as np
 
 GRAVITY, AIR, WATER = 9.81, 1.2, 4186.0
 BODY = 300.0  # kg
+TINY = 1e-30  # a complex step
 
 
 class Plant(NamedTuple):
@@ -158,3 +159,17 @@ PLANTS = {
         lambda rng, p: even(between(rng, 0.3, 3.0)),
     ),
 }  # fmt: skip
+
+
+def named(plant: Plant, theta):
+    """Return parameters by name."""
+    return dict(zip(plant.starts, theta, strict=True))
+
+
+def clocks(plant: Plant, theta, x, u) -> tuple[float, float]:
+    """Return the fastest and the slowest time constant in s at a state: of the eigenvalues of the slopes."""
+    n, p = len(x), named(plant, theta)
+    J = np.array([np.imag(plant.slopes(x + 1j * TINY * np.eye(n)[j], u, p)) / TINY for j in range(n)]).T
+    sizes = np.abs(np.linalg.eigvals(J))
+    sizes = sizes[sizes > 1e-9 * sizes.max()]
+    return float(1 / sizes.max()), float(1 / sizes.min())

@@ -11,24 +11,9 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 from .drawing import Drawn
-from .physics import Plant
+from .physics import Plant, named
 
-TINY = 1e-30  # a complex step
 FINE = 0.07  # of the fastest time constant: a step of Runge and Kutta
-
-
-def named(plant: Plant, theta):
-    """Return parameters by name."""
-    return dict(zip(plant.starts, theta, strict=True))
-
-
-def clocks(plant: Plant, theta, x, u) -> tuple[float, float]:
-    """Return the fastest and the slowest time constant in s at a state: of the eigenvalues of the slopes."""
-    n, p = len(x), named(plant, theta)
-    J = np.array([np.imag(plant.slopes(x + 1j * TINY * np.eye(n)[j], u, p)) / TINY for j in range(n)]).T
-    sizes = np.abs(np.linalg.eigvals(J))
-    sizes = sizes[sizes > 1e-9 * sizes.max()]
-    return float(1 / sizes.max()), float(1 / sizes.min())
 
 
 def response(plant: Plant, theta, x0, t, u, fast: float = np.inf):
