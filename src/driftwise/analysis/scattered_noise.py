@@ -13,6 +13,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..engine import compile
+from ..engine.elementary import log
+
 TIMES, SHARES = 16, (0.0, 0.3, 1.0, 3.0, 10.0)  # that are tried: of the decay, of the variance of w in that of a step
 FASTEST, LONGEST = 0.3, 4  # samples of the shortest time; part of the record of the longest
 FINER = 1.25  # steps by which the best of them is moved
@@ -50,15 +53,22 @@ def bridge(phi: float, share: float, at) -> Bridge:
 def _bridge(phi: float, share: float, samples: bytes) -> Bridge:
     at = np.frombuffer(samples, np.int64)
     decays = np.append(1.0, phi ** np.diff(at))
-    still = 1 / max(1 - phi * phi, 1e-12)
-    P, gain, keep, take, size = still, 0.0, np.empty(len(at)), np.empty(len(at)), np.empty(len(at))
-    for k, decay in enumerate(decays.tolist()):
-        keep[k], take[k] = decay * (1 - gain), decay * gain
-        if k:
+    found = np.empty((3, len(at)))
+    compile.function(fill_bridge, 1, 2, float, float)(decays, found, 1 / max(1 - phi * phi, 1e-12), share)
+    keep, take, size = found
+    return Bridge(keep, take, np.sqrt(size))
+
+
+def fill_bridge(decays, found, still, share):
+    """Fill in what is kept and taken at each sample (n,), and the variance of what is missed."""
+    P, gain = still, 0.0
+    for k in range(decays.size):
+        decay = decays[k]
+        found[0, k], found[1, k] = decay * (1 - gain), decay * gain
+        if k > 0:
             P = decay * decay * P * (1 - gain) + (1 - decay * decay) * still
         gain = P / (P + share)
-        size[k] = P + share
-    return Bridge(keep, take, np.sqrt(size))
+        found[2, k] = P + share
 
 
 def scattered(v, at) -> tuple[float, ...]:
@@ -98,18 +108,30 @@ def scattered(v, at) -> tuple[float, ...]:
 
 def misfits(v, at, times, shares) -> np.ndarray:
     """Return minus twice the log likelihoods of several decays and shares (S,) each, the deviation at its best."""
-    phi = np.exp(-1 / times)
+    gaps, which = np.unique(np.append(np.diff(at), 0), return_inverse=True)
+    decays = np.exp(-1 / times) ** gaps[:, None].astype(float)
+    squares, logs = np.zeros((2, len(times)))
     still = 1 / -np.expm1(-2 / times)
-    P, m, squares, logs = still, np.zeros(len(phi)), np.zeros(len(phi)), np.zeros(len(phi))
-    gaps = np.append(np.diff(at), 0)
-    powers = {int(gap): phi ** int(gap) for gap in np.unique(gaps)}
-    for x, gap in zip(v.tolist(), gaps.tolist()):
-        size = P + shares
-        e = x - m
-        gain = P / size
-        squares += e * e / size
-        logs += np.log(size)
-        decay = powers[gap]
-        m = decay * (m + gain * e)
-        P = decay * decay * (P * (1 - gain) - still) + still
+    compile.function(fill_misfits, 1, "index", 2, 1, 1, 1, 1)(v, which, decays, still, shares, squares, logs)
     return len(v) * np.log(squares / len(v) + 1e-300) + logs
+
+
+def fill_misfits(v, which, decays, still, shares, squares, logs):
+    """Fill in the sums of squares and log variances of what each noise (S,) leaves of ``v`` in its own units.
+
+    ``decays`` (G, S) are those over each gap, ``which`` (n,) tells the gap after a value, and ``still`` (S,) is the
+    variance of what decays.
+    """
+    for s in range(still.size):
+        P, m, product = still[s], 0.0, 1.0
+        for k in range(v.size):
+            size, e = P + shares[s], v[k] - m
+            squares[s] += e * e / size
+            product *= size
+            if product > 1e100 or product < 1e-100:
+                logs[s] += log(product)
+                product = 1.0
+            decay = decays[which[k], s]
+            m = decay * (m + P / size * e)
+            P = decay * decay * (P * (1 - P / size) - still[s]) + still[s]
+        logs[s] += log(product)
