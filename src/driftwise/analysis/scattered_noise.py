@@ -31,17 +31,19 @@ class Bridge(NamedTuple):
 
     def whitened(self, x) -> np.ndarray:
         """Return what the past leaves open of signals (.., n), in deviations."""
-        from scipy.linalg.lapack import dtbtrs
+        rows = np.ascontiguousarray(x.reshape(math.prod(x.shape[:-1]), x.shape[-1]))
+        left = np.empty(rows.shape)
+        compile.function(fill_left, 1, 1, 1, 2, 2, 1)(*self, rows, left, np.zeros(len(rows)))
+        return left.reshape(x.shape)
 
-        if not x.size:  # of no columns LAPACK writes where it should not
-            return np.zeros(x.shape)
-        flat = x.reshape(-1, x.shape[-1])
-        ahead = np.zeros((x.shape[-1], len(flat)), order="F")
-        ahead[1:] = (flat[:, :-1] * self.take[1:]).T
-        band = np.ones((2, len(ahead)), order="F")
-        band[1, :-1] = -self.keep[1:]
-        expected, _ = dtbtrs(band, ahead, uplo="L", diag="U", overwrite_b=True)
-        return ((flat - expected.T) / self.size).reshape(x.shape)
+
+def fill_left(keep, take, size, x, left, m):
+    """Fill in what the past leaves open of signals ``x`` (k, n), in deviations; ``m`` (k,) is first expected."""
+    for t in range(size.size):
+        for i in range(m.size):
+            if t > 0:
+                m[i] = keep[t] * m[i] + take[t] * x[i, t - 1]
+            left[i, t] = (x[i, t] - m[i]) / size[t]
 
 
 def bridge(phi: float, share: float, at) -> Bridge:
