@@ -1,13 +1,16 @@
 """`driftwise track --listen` at a socket: Ctrl-C loses nothing that has come, a lost connection its last piece only."""
 
+import io
 import json
 import signal
 import socket
 import threading
 
+import pyarrow.csv
 import pytest
 
 from driftwise.cli import listen as listening
+from driftwise.cli.follow import asked_to_stop
 from driftwise.tracking import sockets
 from driftwise.tracking.tracker import Tracker
 from driftwise.tracking.wire import Wire
@@ -113,3 +116,21 @@ def test_the_piece_of_a_line_at_which_a_connection_is_lost_spoils_no_other(monke
         sender.join()
     assert plots == len(LINES) - 1
     assert any("cut off where the connection was lost" in what for what in faults)
+
+
+class Broken(io.RawIOBase):
+    """A table while which is read Ctrl-C is pressed, and which then breaks off."""
+
+    def readable(self):
+        return True
+
+    def read(self, size=-1):
+        signal.raise_signal(signal.SIGINT)
+        raise OSError("gone")
+
+
+def test_ctrl_c_is_heard_while_a_table_is_read_that_is_refused():
+    with asked_to_stop() as asked:
+        with pytest.raises(OSError, match="gone"):
+            pyarrow.csv.read_csv(Broken())
+        assert asked(), "pyarrow takes signals while it reads, and hands on none where it fails by something else"

@@ -33,7 +33,7 @@ EACH = 100  # inputs of a process
 BOUND = 8 << 30  # bytes of data that it may hold
 TIMERS = (signal.ITIMER_PROF, trial.SECONDS), (signal.ITIMER_REAL, trial.PATIENCE / 2)
 LATER, READ = 0.002, 0.03  # s between two looks, and until what was taken is read
-ENDED, AGAIN = threading.Event(), 5.0  # that a command has; s until Ctrl-C is pressed again
+ENDED = threading.Event()  # that a command has
 PIECES = 13, 200, 60_000  # bytes
 WAYS = {"file": 0.5, "pipe": 0.2, "udp": 0.15, "tcp": 0.15}
 
@@ -169,13 +169,14 @@ def _pieces(data: bytes, size: int) -> list[bytes]:
 
 
 def _end() -> None:
-    """Press Ctrl-C, once what was taken is read: a table that is being parsed then is lost.
+    """Press Ctrl-C once somebody hears it and what was taken is read: a table that is being parsed then is lost.
 
-    And again, if that was before anybody listened for it: on a busy machine the command may not have begun to.
+    Once alone, however busy the machine: who is asked twice leaves at once.
     """
     time.sleep(READ)
-    signal.pthread_kill(threading.main_thread().ident, signal.SIGINT)
-    while not ENDED.wait(AGAIN):
+    while signal.getsignal(signal.SIGINT) == signal.SIG_IGN and not ENDED.wait(LATER):
+        pass
+    if not ENDED.is_set():
         signal.pthread_kill(threading.main_thread().ident, signal.SIGINT)
 
 

@@ -48,7 +48,13 @@ def _feed(tracker, plots) -> list[Any]:
 
 @contextmanager
 def asked_to_stop():
-    """Yield a function that says whether Ctrl-C was pressed or the end was asked for; pressed twice it interrupts."""
+    """Yield a function that says whether Ctrl-C was pressed or the end was asked for; pressed twice it interrupts.
+
+    A table that is read meanwhile is read on: pyarrow would break off, and where it refuses the table anyhow the signal
+    would be lost.
+    """
+    import pyarrow
+
     asked: list[int] = []
 
     def ask(number, frame):
@@ -57,9 +63,11 @@ def asked_to_stop():
         asked.append(number)
 
     old = {number: signal.signal(number, ask) for number in (signal.SIGINT, signal.SIGTERM)}
+    pyarrow.enable_signal_handlers(False)
     try:
         yield lambda: bool(asked)
     finally:
+        pyarrow.enable_signal_handlers(True)
         for number, handler in old.items():
             signal.signal(number, handler)
 
