@@ -22,6 +22,7 @@ KINDS = {
     "requests": (day.requests, 500, "requests to a live service"),
     "tracks": (tracked.tracks, 200, "damaged plots in files, pipes and live sockets"),
 }
+OFTEN = 1000  # cases between two words of how far it is
 
 
 def main() -> int:
@@ -48,6 +49,8 @@ def main() -> int:
                 print("".join(f"  ! {line[:400]}\n" for line in wrong), end="", flush=True)
             if asked.only:
                 print(outcome.out, outcome.err, f"exit code {outcome.code}, {outcome.cpu:.2f} s of CPU", sep="\n")
+            if tried % OFTEN == 0:
+                print(f"{tried} tried, {broken} broke a promise", file=sys.stderr, flush=True)
     print(f"{broken} of {tried} broke a promise; codes {dict(sorted(codes.items()))}")
     return int(broken > 0)
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import sys
 import time
 
 import numpy as np
@@ -19,7 +20,7 @@ from driftwise.tracking.wire import Wire
 
 from .plots import FORMATS, mutated
 
-START = 1_700_000_000.0
+START, OFTEN = 1_700_000_000.0, 1000
 FRAMES = ["8D40621D58C382D690C8AC2863A7", "8D40621D58C386435CC412692AD6"]
 
 
@@ -98,6 +99,8 @@ def main() -> None:
             said = f"{type(error).__name__} at {number}: {error}"[:120]
         found[said] = found.get(said, 0) + 1
         slowest = max(slowest, time.process_time() - began)
+        if number % OFTEN == OFTEN - 1:
+            print(f"{number + 1}: {found}", file=sys.stderr, flush=True)
     print(f"{asked.inputs} inputs, slowest {slowest:.1f} CPU s: {found}")
 
 

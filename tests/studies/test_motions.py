@@ -14,6 +14,7 @@ from driftwise_studies.score.motions.laws import ACROSS, ALONG, STRAIGHT, Law, L
 from driftwise_studies.score.motions.measured import one, onsets, play, runs, within
 from driftwise_studies.score.motions.scene import ALONE, KINDS, Scene, Sensor
 from driftwise_studies.score.motions.simulation import Path
+from driftwise_studies.score.motions.smoothing import Smoothed, uncertainty
 
 
 def scene(name="flight", troubles=(), **what):
@@ -257,3 +258,14 @@ def test_how_soon_is_of_all_manoeuvres_told_or_not():
     far = track._replace(scan=5.0, delays=(1.0,))
     total = Total([found[0]._replace(tracks=(track, far))])
     assert total.soon == pytest.approx(0.4) and len(total.seconds) == 10
+
+
+def test_how_sure_a_share_of_bands_is_goes_by_how_much_tracks_differ():
+    def track(inside, size=200):
+        return Smoothed("flight", 1.0, 1.0, (inside, size), (0, 1), (0, 1), 0, 0, 0, size)
+
+    assert uncertainty([track(190)] * 20) == 0.0
+    rng = np.random.default_rng(3)
+    drawn = [[track(int(200 * share)) for share in rng.uniform(0.9, 1.0, 25)] for _ in range(400)]
+    spread = np.std([np.mean([t.held[0] / 200 for t in some]) for some in drawn])
+    assert np.mean([uncertainty(some) for some in drawn]) == pytest.approx(spread, rel=0.1)

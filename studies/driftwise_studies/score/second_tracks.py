@@ -27,6 +27,7 @@ from .tracks import frames, reports
 AIS, RADAR = "SolentAIS_even.csv", "_detections.json"
 BOATS = "marine radar, scenarios 17 and 22"
 LONG = 30  # plots of a track that is judged alone
+NEAR, GOOD = 1.1, (0.8, 1.5)  # of a series: the ratio at most, and what its NIS is to be
 RESTS = 0.01  # m: the best fixed filter errs by less where nothing moves, and no ratio says anything
 
 
@@ -71,7 +72,7 @@ def row(name: str, found: list[Series], best: np.ndarray) -> list[str]:
     ratio = (ours[0] / best[0])[best[0] > RESTS]
     return [
         name, f"{len(ratio)} of {len(found)}", f"{np.median(ratio):.3f}", f"{ratio.max():.2f}",
-        f"{np.sum(ratio <= 1.1)}", f"{np.sum(ratio > 1.25)}", f"{np.median(ours[1]):.2f}", f"{ours[1].max():.2f}",
+        f"{np.sum(ratio <= NEAR)}", f"{np.sum(ratio > 1.25)}", f"{np.median(ours[1]):.2f}", f"{ours[1].max():.2f}",
         f"{np.median(ours[2]):.1f}",
     ]  # fmt: skip
 
@@ -92,6 +93,36 @@ def farthest(name: str, found: list[Series], best: np.ndarray) -> list[str]:
                     f"both coordinates {np.mean(both):.2f}, best fixed filter {fixed:.2f}"
                 )
     return lines
+
+
+def each(there: Path, found: list[Series], best: np.ndarray) -> list[str]:
+    """Return of each series of marine radar its ratio and mean NIS, over all its plots and those of its own boat.
+
+    What a boat is given is its own where GNSS has no other boat nearer to that plot.
+    """
+    own = {title: {*map(tuple, place)} for title, _, place in boats(there, twice=False)}
+    mine = [m for pair in zip(found[::2], found[1::2]) for m in tracked(*pair, SETS[BOATS].v0)]
+    lines, good = [], np.zeros((len(found), 3), bool)
+    for k, (one, m) in enumerate(zip(found, mine)):
+        east, north = found[k - k % 2].y, found[k - k % 2 + 1].y
+        title = one.name.rsplit(" ", 2)[0]
+        is_own = np.array([place in own.get(title, ()) for place in zip(east, north)])[SKIP:]
+        ratio = _scored(one, m.prediction, m.variance, m.inside, m.log_score)[0] / best[0, k]
+        z2 = ((one.y - m.prediction) ** 2 / m.variance)[SKIP:]
+        all_plots, of_own = z2.mean(), z2[is_own].mean()
+        good[k] = ratio <= NEAR, *(GOOD[0] <= nis <= GOOD[1] for nis in (all_plots, of_own))
+        lines.append(
+            f"{one.name}: ratio {ratio:.3f}, NIS {all_plots:.2f}, of the {is_own.sum()} of {len(z2)} plots that are "
+            f"its own {of_own:.2f} (best fixed filter, all plots: {best[1, k]:.2f})"
+        )
+    near, inside, own_inside = good.sum(axis=0)
+    both = [np.sum(good[:, 0] & good[:, j]) for j in (1, 2)]
+    fixed = np.sum((GOOD[0] <= best[1]) & (best[1] <= GOOD[1]))
+    return [
+        *lines,
+        f"of {len(found)} series: ratio <= {NEAR:g} on {near}, NIS in {GOOD[0]:g} to {GOOD[1]:g} on {inside}, both on "
+        f"{both[0]}; by their own plots {own_inside}, both on {both[1]}; best fixed filter {fixed}",
+    ]
 
 
 def whole(where: Path) -> list[str]:
@@ -135,7 +166,10 @@ def main() -> None:
             best = best_fixed(kind, found)
             print("| " + " | ".join(row(name, found, best)) + " |", flush=True)
             lines += farthest(name, found, best)
+            if name == BOATS:
+                series_of_boats = each(Path(there), found, best)
         print("\n" + "\n".join(lines))
+    print("\n" + "\n".join(series_of_boats))
     print("\n" + "\n".join(whole(here)))
 
 

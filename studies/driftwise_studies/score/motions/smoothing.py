@@ -105,6 +105,12 @@ def table(found: list[Smoothed]) -> str:
     return "\n".join(f"| {' | '.join(line)} |" for line in lines) + "\n"
 
 
+def uncertainty(found: list[Smoothed]) -> float:
+    """Return the standard deviation of the share of bands that hold, by how much it differs between tracks."""
+    inside, size = np.array([f.held for f in found], float).T
+    return float(np.sqrt(np.sum((inside - inside.sum() / size.sum() * size) ** 2)) / size.sum())
+
+
 def verdicts(found: list[Smoothed]) -> list[str]:
     """Return each goal in words, with the number and whether it is met."""
     flights = [f for f in found if f.kind == "flight"]
@@ -114,7 +120,8 @@ def verdicts(found: list[Smoothed]) -> list[str]:
         made.append(f"* {'met' if float(ratio) <= RATIO else '**missed**'}: {words}: error of the position over "
                     f"filtering {ratio} ({RATIO})")  # fmt: skip
         said = "met" if LEAST <= float(held) <= MOST else "**missed**"
-        made.append(f"* {said}: {words}: bands of the position hold {held} ({LEAST} to {MOST})")
+        made.append(f"* {said}: {words}: bands of the position hold {held} +- {uncertainty(some):.3f} "
+                    f"({LEAST} to {MOST})")  # fmt: skip
     return made
 
 
