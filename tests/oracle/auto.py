@@ -267,7 +267,9 @@ def run_auto(y, psi, phi, told=None, levels=(0.0, 1e-1), expect="both", P0=1e4):
                 lates[s].forget()
             elif not rest[s]:
                 explained = looks[s].most(new, s, over[s])
-                late = lates[s].see(k, new, s, row[s], yk[s], 1 - taken.rho[s, 0], alm[s, -1], over[s], explained)
+                tried = -np.inf if trials[s] is None else trials[s].of_jump
+                says = row[s], yk[s], 1 - taken.rho[s, 0]
+                late = lates[s].see(k, new, s, *says, alm[s, -1], over[s], explained, tried)
                 if late is not None:
                     out.odds[s, k] = late / np.log(100)
                     out.events.append((int(s), k, "jump"))

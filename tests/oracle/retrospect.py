@@ -7,7 +7,8 @@ are sums of A' psi e/T and A' psi psi' A/T. (The library goes backwards over the
 import numpy as np
 from scipy.special import gammaln, logsumexp
 
-KEPT, ANEW, LOOK, STEP, RATE, SMALL, RECENT = 48, 16, 8, 4, 1e-3, 0.5, 12
+KEPT, ANEW, LOOK, STEP, RATE, RECENT = 48, 16, 8, 4, 1e-3, 12
+SIZES = 0.5, 8.0
 
 
 class Late:
@@ -19,22 +20,25 @@ class Late:
         self.forget()
 
     def forget(self):
-        self.rows, self.filters, self.pause = [], {}, 0
+        self.rows, self.filters, self.pause, self.last = [], {}, 0, -np.inf
 
     def is_known(self, k, since):
         """Whether a jump found at sample k that began ``since`` samples ago is one that was told late."""
         return k + 1 - self.told < 2 * KEPT + 1 and since + STEP > k + 1 - self.told
 
-    def see(self, k, new, s, row, y, share, q, inverse, most):
-        """Log odds, where a jump is told at sample k; ``most``: variances that a jump of one parameter explains."""
-        self.rows.append((np.array(row, float), float(y), float(share), self.pause))
+    def see(self, k, new, s, row, y, share, q, inverse, most, tried):
+        """Log odds, where a jump is told at sample k; ``most``: variances that a jump of one parameter explains.
+
+        ``tried``: log odds of a jump against none that a trial has come to.
+        """
+        self.rows.append((np.array(row, float), float(y), float(share > 0.5), self.pause))
         self.pause, count, found = 0, len(self.rows), None
         if count % LOOK:
             return None
         first = count // ANEW * ANEW - (KEPT if count % ANEW == 0 else KEPT - ANEW)
-        if first >= ANEW and most > 10.0:
-            odds = self.weigh(first, np.array(inverse, float))
-            found = odds if odds > np.log(10.0) else None
+        is_likely = most > 10.0 or tried > 3.0 or self.last > -1.0
+        self.last = self.weigh(first, np.array(inverse, float)) if first >= ANEW and is_likely else -np.inf
+        found = self.last if self.last > np.log(6.0) else None
         if count % ANEW == 0:
             parts = [[float(part[s, m]) for part in (new.w, new.nu, new.chi2)] for m in (0, -1)]
             means = [[np.array(part[s, m], float) for part in (new.theta, new.P)] for m in (0, -1)]
@@ -56,7 +60,7 @@ class Late:
                 jumps += [says + jump] if len(self.rows) - at > RECENT else []
                 none.append(says + level)
         says, _ = self.follow(first, *learnt[1:], *other, q + 0.1 * inverse, inverse)
-        none.append(says + np.log(RATE * KEPT) - 2.0)
+        none.append(says + np.log(RATE))
         return logsumexp(jumps) - logsumexp(none)
 
     def follow(self, first, nu, chi2, theta, P, drift, inverse):
@@ -99,13 +103,7 @@ class Late:
 
         moments = []
         for m, _, v, known in shifts:
-            wide = 1 + SMALL * inverse * np.diag(known)
-            logs = explains(v**2 * SMALL * inverse / wide) - 0.5 * np.log(wide)
-            jump = logsumexp(logs) - np.log(n)
-            if n > 1:
-                G = known + np.diag(1 / (SMALL * inverse))
-                gain = explains(v @ np.linalg.solve(G, v)) - 0.5 * np.linalg.slogdet(G * (SMALL * inverse))[1]
-                jump = np.logaddexp(np.log(0.7) + jump, np.log(0.3) + gain)
+            jump = logsumexp([self.of_size(explains, v, known, size * inverse) for size in SIZES]) - np.log(len(SIZES))
             level, after, loud = -np.inf, sum(shares[m - first :]), sum(squares[m - first :])
             if is_learnt and after > 1.0:
                 before, rest = amount - after, max(every - loud, 0.01 * every)
@@ -115,3 +113,13 @@ class Late:
                 level += np.log(s2) + gammaln(1 + after / 2) - (1 + after / 2) * np.log(2 * s2 + loud) + np.log(2)
             moments.append((m, np.log(RATE * STEP) + jump, np.log(RATE * STEP) + level))
         return says, moments
+
+    def of_size(self, explains, v, known, wide):
+        """The log evidence of a jump of one parameter or of all by these variances, of score v and information."""
+        narrowed = 1 + wide * np.diag(known)
+        jump = logsumexp(explains(v**2 * wide / narrowed) - 0.5 * np.log(narrowed)) - np.log(self.n)
+        if self.n > 1:
+            G = known + np.diag(1 / wide)
+            gain = explains(v @ np.linalg.solve(G, v)) - 0.5 * np.linalg.slogdet(G * wide)[1]
+            jump = np.logaddexp(np.log(0.7) + jump, np.log(0.3) + gain)
+        return jump

@@ -35,6 +35,12 @@ class Trial:
         best = max(self.found[1], self.found[0] + self.alone, self.found[2]) - self.found[0]
         return best + np.log(1e-3 * self.gap)
 
+    @property
+    def of_jump(self):
+        """The log odds of a jump against none, if none is told."""
+        best = max(self.found[1], self.found[0] + self.alone) - self.found[0]
+        return -np.inf if self.told else best + np.log(1e-3 * self.gap)
+
     def yields(self, clean):
         """Whether a surprise begins another, ``clean`` samples after the last outlier."""
         known = 0.0 if clean >= 2 else max(self.beside - self.found[0], 0.0)

@@ -61,7 +61,7 @@ class AutoMemory(NamedTuple):
     the odds that it is one (status ``OUTLIER``); a jump is told (``JUMP``) at odds of 100:1 against none, and against
     another level of the noise, which is told as such if it is louder (``NOISE``), and taken back in silence where what
     follows contradicts it. In regressions and `ARX` a jump that the filters have followed by then is told late, once
-    what came after says so at 10:1 or more: with its odds and its date, and no estimate moves by it. A plant at rest
+    what came after says so at 6:1 or more: with its odds and its date, and no estimate moves by it. A plant at rest
     (``AT_REST``) teaches nothing about speeds and noise. ``phi`` as in `Drift`.
 
     Bad at: records almost without noise, where a jump of more than two thousand of its deviations (`WIDEST`) may be

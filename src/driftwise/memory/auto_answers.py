@@ -16,9 +16,7 @@ from .auto_constants import (
     FREQUENT,
     ISOLATED,
     JUMP_ODDS,
-    LATE_WORTH,
     LEARNT,
-    LOOK,
     SETTLED,
     SHY,
     SHY_OF_OUTLIERS,
@@ -54,16 +52,15 @@ from .first_samples import forget_a_little, is_unsettled
 from .less_noise import begin_if_quiet, go_on_quietly, hear, let_quiet
 from .likelihood_drift import carry, climb, follow, ratio
 from .mixing import drift_apart, drift_beside_state, interact, merge, take_dense_along, take_modes_along
-from .modes import WEIGHT, begin_modes, fold, mode, own_sigma2, unfold
+from .modes import WEIGHT, begin_modes, fold, mode, unfold
 from .modes import update as update_bank
 from .moments import ODDS as MOMENT_ODDS
 from .moments import OVER_DRIFT as MOMENT_OVER_DRIFT
 from .moments import SINCE as MOMENT_SINCE
-from .moments import add_up, expected, follow_moment, forget_moments, look_back, most_lessened
+from .moments import add_up, expected, follow_moment, forget_moments, look_back
 from .registry import BELIEVED, DOUBTED, LIKELY
 from .resolution import follow_resolution, least_variance
-from .retrospect import COUNTED as LATE_COUNTED
-from .retrospect import FOUND, forget_rows, is_known, keep_row, look_late, wait_on
+from .retrospect import FOUND, forget_rows, is_known, look_back_late, wait_on
 from .retrospect import ODDS as LATE_ODDS
 from .retrospect import SINCE as LATE_SINCE
 from .robust_start import remember
@@ -266,17 +263,6 @@ def adapt_auto(memory, state, e, R, view):
     elif looks_late:
         look_back_late(memory, parts, view.psi, said, memory.R / R if R > memory.R else 1.0, 1.0 - own.logs[M + 4])
     return T
-
-
-@kernel
-def look_back_late(memory, parts, psi, y, weight, share):
-    """Keep a row, and now and then look back over the last ones."""
-    late, own, drift, is_likely = parts.late, parts.own, parts.drift, False
-    keep_row(late, psi, y, weight, share)
-    if int(late.head[LATE_COUNTED]) % LOOK == 0:
-        s2 = own_sigma2(memory, mode(own.bank, 0, drift.unit.size).own)
-        is_likely = most_lessened(memory, parts.moments, drift.unit) > LATE_WORTH * s2
-    look_late(memory, late, parts.work, own, drift.unit, drift.q, is_likely)
 
 
 @kernel

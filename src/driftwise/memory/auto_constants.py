@@ -4,7 +4,7 @@ NVRs and jumps are in units of the noise: a parameter off by its unit R/ms moves
 Those chosen by trial were chosen on the drawn systems of the scoreboard, with the seed that is kept for choosing.
 """
 
-from ..engine.elementary import exp, log
+from ..engine.elementary import log
 
 # How fast parameters drift
 LEVELS = (0.0, 0.1)  # NVRs beside the learnt one: none, and as fast as can be told from noise (three samples)
@@ -85,11 +85,14 @@ KEPT_ROWS, ANEW, KEPT_FILTERS, LOOK = (
     8,
 )  # rows kept; filters are kept anew after so many, so many of them; and rows
 # between two looks back, over all rows or all but sixteen
-SMALL, ALL_JUMP = 0.5, 0.3  # variance of a jump, in units: the larger ones a trial tells; and how often all jump
-FAST_SAYS = RATE * KEPT_ROWS * exp(BY_DRIFT)  # probability that they have begun to drift as fast as the fast filter
-LATE = log(10.0)  # log odds at which it is told: at 2.7:1 records in rest have .02 false ones, all that is allowed
+OF_JUMPS, ALL_JUMP = (0.5, 8.0), 0.3  # variances of a jump, in units, half of them each: a trial does not tell every
+# large one; and how often all jump
+FAST_SAYS = RATE  # probability that they have begun to drift as fast as the fast filter: as little as any is given
+LATE = log(6.0)  # log odds at which it is told; at 3:1 records in rest would have .02 false ones, all that is allowed
 RECENT = 12  # rows; what happened in the last of them is a trial's: no jump there is told late, louder noise counts
 LATE_WORTH = 10.0  # variances of noise that a jump must explain before looking back is worth its cost
+LATE_TRIAL = 3.0  # or the log odds against none that a trial has come to
+LATE_GOES_ON = -1.0  # or the log odds that the last look came to: the sums above know 32 samples of one filter
 
 # Trials
 SURPRISE_OF_STATE = 4.0  # the same beside a state, as one in 22 does: there it is cheap to begin again

@@ -24,15 +24,20 @@ from .auto_constants import (
     KEPT_FILTERS,
     KEPT_ROWS,
     LATE,
+    LATE_GOES_ON,
+    LATE_TRIAL,
+    LATE_WORTH,
     LEVELS,
     LOOK,
+    OF_JUMPS,
     RATE,
     RECENT,
-    SMALL,
     STEP,
 )
-from .modes import CHI2, FREEDOM, WEIGHT, mode
+from .modes import CHI2, FREEDOM, WEIGHT, mode, own_sigma2
+from .moments import most_lessened
 from .sensitivity import pass_time, stays
+from .verdict import jump_on_trial
 
 COUNTED, ELAPSED, FOUND, ODDS, SINCE, AGO = range(6)  # of the head
 HIGHEST = 300.0  # log evidence, at most: sums of exponentials must not overflow
@@ -53,14 +58,14 @@ RETROSPECT = Layout(
         counted="rows since all was forgotten",
         elapsed="samples since the last row",
         found="whether a jump is told now",
-        odds="its log odds",
+        odds="its log odds, or those of a look that told none; far below where none was taken",
         since="samples since its likeliest moment",
         ago="samples since one was last told, this one included; 0: long ago",
     ),
     *each(
         "kept * KEPT_ROWS",
         y="what each row says",
-        share="probability that it is no outlier",
+        share="1, or 0: it is an outlier",
         steps="samples since the row before",
     ),
     Field("psi", ("kept * KEPT_ROWS", "N"), "its regressors; the next takes the place of the oldest"),
@@ -108,10 +113,14 @@ def is_known(late, since):
 
 @kernel
 def keep_row(late, psi, y, weight, share):
-    """Keep a row, in place of the oldest; one in doubt is made as much smaller as its noise is louder."""
+    """Keep a row, in place of the oldest; one in doubt is made as much smaller as its noise is louder.
+
+    ``share`` is the probability that it is no outlier; whatever else happened makes it look like one a little, and
+    evidence that is counted in part is lost.
+    """
     head, root = late.head, math.sqrt(weight)
     k = int(head[COUNTED]) % KEPT_ROWS
-    late.y[k], late.share[k], late.steps[k] = root * y, share, head[ELAPSED]
+    late.y[k], late.share[k], late.steps[k] = root * y, 1.0 if share > 0.5 else 0.0, head[ELAPSED]
     for i in range(psi.size):
         late.psi[k, i] = root * psi[i]
     head[ELAPSED] = 0.0
@@ -145,17 +154,29 @@ def keep_filters(late, own, q):
 
 
 @kernel
+def look_back_late(memory, parts, psi, y, weight, share):
+    """Keep a row, and now and then look back: where sums over moments, a trial or the last look say that it pays."""
+    late, own, drift, is_likely = parts.late, parts.own, parts.drift, False
+    keep_row(late, psi, y, weight, share)
+    if int(late.head[COUNTED]) % LOOK == 0:
+        s2 = own_sigma2(memory, mode(own.bank, 0, drift.unit.size).own)
+        is_likely = most_lessened(memory, parts.moments, drift.unit) > LATE_WORTH * s2
+        is_likely = is_likely or jump_on_trial(parts.trial) > LATE_TRIAL
+    look_late(memory, late, parts.work, own, drift.unit, drift.q, is_likely)
+
+
+@kernel
 def look_late(memory, late, work, own, unit, q, is_likely):
-    """Every eighth row: find a jump, if one is likely; every sixteenth keep the filters."""
+    """Every eighth row: find a jump, if one is likely, or was at the last look; every sixteenth keep the filters."""
     head = late.head
     count = int(head[COUNTED])
     if count % LOOK != 0:
         return
     first = count // ANEW * ANEW - (KEPT_ROWS if count % ANEW == 0 else KEPT_ROWS - ANEW)
-    if first >= ANEW and is_likely:
+    if first >= ANEW and (is_likely or head[ODDS] > LATE_GOES_ON):
         weigh_rows(memory, late, work, own, unit, first, count)
     else:
-        head[ODDS] = 0.0
+        head[ODDS] = -HIGHEST
     if count % ANEW == 0:
         keep_filters(late, own, q)
     if head[ODDS] > LATE:
@@ -174,16 +195,12 @@ def weigh_rows(memory, late, work, own, unit, first, count):
     x, c = scratch[2 * half + 2 * N : 2 * half + 3 * N], scratch[2 * half + 3 * N : 2 * half + 4 * N]
     jump = none = best = 0.0
     top, where = 0.0, first
-    for m in range(3):
-        k, speed = min(m, 1), LEVELS[1] if m == 2 else 0.0
-        says, total, energy, s2 = go_over(memory, late, work, kept, k, speed, unit, own.P, theta, c, first, count)
-        says += log(FAST_SAYS if m == 2 else max(kept.weight[k], RATE))
-        if m == 0:
+    for k in range(2):
+        says, total, energy, s2 = go_over(memory, late, work, kept, k, 0.0, unit, own.P, theta, c, first, count)
+        says += log(max(kept.weight[k], RATE))
+        if k == 0:
             top = says
         share = exp(min(says - top, HIGHEST))
-        if m == 2:
-            none += share
-            break
         jumped, level, highest, at_row = weigh_back(
             memory, late, work, kept, k, M, A, r, x, c, unit, total, energy, s2, first, count
         )
@@ -192,6 +209,10 @@ def weigh_rows(memory, late, work, own, unit, first, count):
         if share * highest > best:
             best, where = share * highest, at_row
     head[ODDS] = log(max(jump, exp(-HIGHEST)) / none)
+    if head[ODDS] > LATE_GOES_ON:  # else it is over: fast drift only lessens them
+        says, _, _, _ = go_over(memory, late, work, kept, 1, LEVELS[1], unit, own.P, theta, c, first, count)
+        none += exp(min(says + log(FAST_SAYS) - top, HIGHEST))
+        head[ODDS] = log(jump / none)
     head[SINCE] = 1.0
     for k in range(where + 1, count):
         head[SINCE] += late.steps[k % KEPT_ROWS]
@@ -311,20 +332,28 @@ def explains(square, amount, chi2):
 @kernel
 def weigh_moment(M, A, r, x, unit, amount, chi2):
     """Return the Bayes factor of a jump of one parameter, or of all, of score r and information M."""
+    small = weigh_size(M, A, r, x, unit, amount, chi2, OF_JUMPS[0])
+    large = weigh_size(M, A, r, x, unit, amount, chi2, OF_JUMPS[1])
+    return 0.5 * (small + large)
+
+
+@kernel
+def weigh_size(M, A, r, x, unit, amount, chi2, size):
+    """Return the same for jumps of one variance, in units."""
     N, one, logs = r.size, 0.0, 0.0
     for i in range(N):
-        wide = 1.0 + SMALL * unit[i] * M[at(i, i)]
-        one += exp(min(explains(r[i] * r[i] * SMALL * unit[i] / wide, amount, chi2), HIGHEST)) / math.sqrt(wide)
+        wide = 1.0 + size * unit[i] * M[at(i, i)]
+        one += exp(min(explains(r[i] * r[i] * size * unit[i] / wide, amount, chi2), HIGHEST)) / math.sqrt(wide)
     if N == 1:
         return one
     for i in range(M.size):
         A[i] = M[i]
     for i in range(N):
-        A[at(i, i)] += 1.0 / (SMALL * unit[i])
+        A[at(i, i)] += 1.0 / (size * unit[i])
         x[i] = r[i]
     solve(A, x)
     for i in range(N):  # where the inverse of each pivot stands now
-        logs += log(A[at(i, i)] / (SMALL * unit[i]))
+        logs += log(A[at(i, i)] / (size * unit[i]))
     every = exp(min(explains(dot(r, x), amount, chi2) + 0.5 * logs, HIGHEST))
     return (1.0 - ALL_JUMP) / N * one + ALL_JUMP * every
 

@@ -133,6 +133,15 @@ def level_on_trial(trial):
 
 
 @kernel
+def jump_on_trial(trial):
+    """Return the log odds of a jump against none, IMPOSSIBLE where none is tried, or it is told."""
+    head, found = trial.head, trial.found
+    if head[AGE] == 0.0 or is_told(trial):
+        return IMPOSSIBLE
+    return max(found[FREED], found[SAME] + head[ALONE]) + log(RATE * head[GAP]) - found[SAME]
+
+
+@kernel
 def weigh_up(shown, moved, shy):
     """Turn log odds of the copies against the bank into probabilities, and into shares in the mean that is shown."""
     top = max(max(shown[SAME], shown[FREED]), shown[LEVEL])
