@@ -110,7 +110,7 @@ def forecast(b, psi, learnt, heavy=True):
 
 
 def update(b, psi, y, learnt=True, pi=0.0, kappa=400.0, discount=0.995, floor=1e-6, rest=False):
-    """Correct every mode with one sample; until all of them know a sigma^2, the weights stay."""
+    """Correct every mode with one sample; until all of them know a sigma^2, and at rest, the weights stay."""
     yhat, Pp, St = project(b, psi)
     e, s2 = y[:, None] - yhat, b.s2
     St2 = St + np.maximum(kappa - 1, e**2 / s2 - 1)
@@ -134,7 +134,8 @@ def update(b, psi, y, learnt=True, pi=0.0, kappa=400.0, discount=0.995, floor=1e
         chi2 = np.where(moves, discount * chi2 + (1 - rho) * e**2 / St, chi2)
     taken = Taken(e, St, s2, rho, most[:, 0] + np.log(p.sum(axis=1)))
     theta = b.theta + Kb * e[..., None]
-    return Bank(theta, (P + P.swapaxes(-1, -2)) / 2, normalised(p, floor), nu, chi2), taken
+    w = np.where(np.broadcast_to(rest, y.shape)[:, None], b.w, normalised(p, floor))
+    return Bank(theta, (P + P.swapaxes(-1, -2)) / 2, w, nu, chi2), taken
 
 
 def outer(a, b):

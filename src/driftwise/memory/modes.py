@@ -209,13 +209,15 @@ def update(memory, own, e, R, theta, view, outliers, is_unexcited, is_apart, lea
 
     e is the innovation of ``theta``, R the variance of the noise, ``least`` the least sigma^2. The P of each mode is
     left in ``dense``, packed one behind the other, or in its U and D where they stay apart. In ``logs`` stays, of the
-    last mode, what `likelihood.follow` wants: innovation, T, sigma^2, share that is no outlier.
+    last mode, what `likelihood.follow` wants: innovation, T, sigma^2, share that is no outlier. At rest the weights
+    stay: all modes expect the same there, and what is quieter than usual would be best known to the smallest sigma^2.
     """
     bank, dense, logs, N = own.bank, own.dense, own.logs, theta.size
     M, half, top = count_of(bank, N), N * (N + 1) // 2, -math.inf
     for m in range(M):
         one, P = mode(bank, m, N), dense[m * half : (m + 1) * half]
         error = error_of(one, e, view.psi, theta)
+        mode(own.old, m, N).own[WEIGHT] = one.own[WEIGHT]
         logs[m], one.own[WEIGHT], share, T, s2 = take(
             memory, one, P, error, R, view, outliers, is_unexcited, is_apart, least
         )
@@ -228,7 +230,11 @@ def update(memory, own, e, R, theta, view, outliers, is_unexcited, is_apart, lea
         logs[m] = mode(bank, m, N).own[WEIGHT] * exp(logs[m] - top)
         total += logs[m]
         rho += logs[m] * logs[M + 4 + m]
-    normalise(bank, logs, total, N)
+    if is_unexcited:
+        for m in range(M):
+            mode(bank, m, N).own[WEIGHT] = mode(own.old, m, N).own[WEIGHT]
+    else:
+        normalise(bank, logs, total, N)
     return top + log(total), rho / total
 
 
