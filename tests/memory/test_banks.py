@@ -79,6 +79,19 @@ def test_auto_is_its_plain_twin(expect, told):
     assert kinds == expected - ({"noise level"} if told else set())
 
 
+@pytest.mark.parametrize("seed", [1, 5])
+def test_auto_is_its_plain_twin_where_noise_becomes_louder_among_outliers(seed):
+    """In five of these eight series the filter with louder noise takes over."""
+    rng, size = np.random.default_rng(seed), (4, 520)
+    psi, sigma = rng.standard_normal((*size, 4)), np.where(np.arange(520) < 380, 1.0, 2.0)
+    e = rng.standard_normal(size) + 20.0 * rng.choice([-1.0, 1.0], size) * (rng.random(size) < 0.04)
+    y = psi.sum(axis=2) + sigma * e
+    run = auto.run_auto(y, psi, np.ones(4))
+    status, _ = compare(dw.Regression(4, memory=dw.AutoMemory(), at_rest=True, P0=1e4), y, psi, run)
+    told = [(int(s), int(k), "noise level") for s, k in zip(*np.nonzero(status & BITS["noise level"]))]
+    assert len(told) == 4 and told == sorted(event for event in run.events if event[2] == "noise level")
+
+
 BANKS = {
     "bank": (dw.memory.MultipleModel(), banks.LEVELS, None),
     "interacting": (dw.memory.IMM(stay=0.98, jumps=0.0), banks.LEVELS, banks.staying(7, 0.98)),

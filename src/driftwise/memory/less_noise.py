@@ -1,10 +1,16 @@
-"""Is sigma^2 as small as most rows say? Then a filter that thinks so predicts better, and takes over.
+"""Has the noise another level than what is shown says? A filter that thinks so predicts better, and takes over.
 
-Some wrong numbers in a row look like louder noise. If that is believed sigma^2 is a hundred times too large, the next
-ones are not seen, stay among the regressors of an `ARX` and are fitted, and so it stays. The mean logarithm of the
-squared errors hardly minds them. Where sigma^2 is several times what it says, the likeliest filter of the bank goes on
-beside it with that: its parameters, and what is known of them, are the same. What it predicts competes with what all
-others do. Quieter noise looks alike, but no error is an outlier then: of that a trial tells.
+*As small as most rows say.* Some wrong numbers in a row look like louder noise. If that is believed sigma^2 is a
+hundred times too large, the next ones are not seen, stay among the regressors of an `ARX` and are fitted, and so it
+stays. The mean logarithm of the squared errors hardly minds them. Where sigma^2 is several times what it says, the
+likeliest filter of the bank goes on beside it with that: its parameters, and what is known of them, are the same. What
+it predicts competes with what all others do. Quieter noise looks alike, but no error is an outlier then: of that a
+trial tells.
+
+*Louder.* Of that a trial tells, too, but among outliers it hardly can: every one is a surprise, which begins another
+trial, and what the last had heard is lost. Meanwhile the fast filter follows the noise, and wins. So where squared
+errors are suspicious enough, the filter that never forgets goes on with a sigma^2 that is unknown, whatever trials do.
+
 It has the place of the second start, which is over by then.
 """
 
@@ -15,11 +21,16 @@ from ..engine.elementary import exp, log
 from ..engine.layout import numbers
 from ..engine.ud import expand
 from .auto_constants import (
+    HARDLY_FAST,
     HAS_SEEN,
     KEPT,
     KNOWN,
     LEVEL_ODDS,
     LONGEST,
+    LOUD,
+    LOUD_AGE,
+    LOUD_ENERGY,
+    LOUD_FREEDOM,
     OF_SQUARES,
     QUIETER,
     ROWS,
@@ -28,8 +39,9 @@ from .auto_constants import (
 )
 from .gauss_markov import relax
 from .likelihood_drift import begin_again
-from .modes import CHI2, FREEDOM, WEIGHT, error_of, hand_over, mode, own_sigma2, take
+from .modes import CHI2, FAINTEST, FREEDOM, WEIGHT, error_of, hand_over, mode, own_sigma2, take
 from .second_start import AGE, SCORE, STRUCK_SO_FAR, share_of
+from .trial_state import is_told
 
 LOGARITHMS, COUNTED, HEARD = range(3)  # of what is kept, and how many
 MOST = numbers("most", logarithms="sum of log e^2/T of the last rows without a doubtful regressor", rows="how many")
@@ -66,6 +78,20 @@ def begin_quiet(memory, second, bank, M, s2):
 
 
 @rare
+def begin_loud(memory, second, bank):
+    """Begin as the filter that never forgets, with a sigma^2 that is larger and hardly known."""
+    N = memory.cap.size
+    one, of = mode(second.row, 0, N), mode(bank, 0, N)
+    s2 = own_sigma2(memory, of.own)
+    for i in range(N):
+        one.theta[i], one.D[i] = of.theta[i], of.D[i] / LOUD
+    for i in range(one.U.size):
+        one.U[i] = of.U[i]
+    one.own[WEIGHT], one.own[FREEDOM], one.own[CHI2] = of.own[WEIGHT], LOUD_FREEDOM, LOUD_FREEDOM * LOUD * s2
+    second.head[AGE], second.head[SCORE], second.head[STRUCK_SO_FAR] = 1.0, 0.0, 0.0
+
+
+@rare
 def begin_if_quiet(memory, second, most, bank, M, s2):
     """Begin, where none runs and sigma^2 is several times what most rows say."""
     said = say_most(most)
@@ -86,10 +112,27 @@ def go_on_quietly(memory, second, e, R, evidence, outliers, theta, P, view, leas
     relax(one.theta, one.U, one.D, memory.phi, view.b)
     head[AGE] += 1.0
     head[STRUCK_SO_FAR] += rho
-    head[SCORE] += log_p + log(factor) - evidence
+    head[SCORE] += log_p + log(factor / one.own[WEIGHT]) - evidence
     if head[SCORE] < UNLIKELY or head[AGE] > LONGEST:
         head[AGE] = 0.0
-    return head[SCORE] > LEVEL_ODDS and head[STRUCK_SO_FAR] > HAS_SEEN
+    if head[SCORE] <= LEVEL_ODDS:
+        return False
+    if is_louder(memory, second, view.s2):
+        return head[AGE] > LOUD_AGE
+    return head[STRUCK_SO_FAR] > HAS_SEEN
+
+
+@kernel
+def is_louder(memory, second, s2):
+    """Say whether it thinks that the noise is louder than what is shown says."""
+    return own_sigma2(memory, mode(second.row, 0, memory.cap.size).own) > s2
+
+
+@rare
+def begin_if_loud(memory, second, trial, energy, bank):
+    """Begin, where none runs and the sum of squares is suspicious enough; a jump that is told has this rival anyway."""
+    if second.head[AGE] == 0.0 and energy > LOUD_ENERGY and not is_told(trial):
+        begin_loud(memory, second, bank)
 
 
 @rare
@@ -101,3 +144,16 @@ def let_quiet(second, bank, dense, learner, P):
     for j in range(learner.eta.size):
         begin_again(learner, j)
     second.head[AGE] = 0.0
+
+
+@rare
+def weigh_as_before(second, bank, N, M):
+    """Let the filter that never forgets have the weight of when that one began; fast ones little, the learnt one more.
+
+    What the fast ones have won since was noise.
+    """
+    fast = (M - 2) * HARDLY_FAST
+    slow = min(mode(second.row, 0, N).own[WEIGHT], 1.0 - fast - FAINTEST)
+    for m in range(1, M - 1):
+        mode(bank, m, N).own[WEIGHT] = HARDLY_FAST
+    mode(bank, 0, N).own[WEIGHT], mode(bank, M - 1, N).own[WEIGHT] = slow, 1.0 - slow - fast
