@@ -19,7 +19,7 @@ PAGE = ROOT / "docs" / "judged.md"
 CHOOSING = 0  # the seed to work with
 CHOSEN = (
     *("additive", "at_rest", "auto", "auto_answers", "auto_constants", "auto_shown", "auto_state", "lone_jump"),
-    *("robust_start", "second_start", "first_samples", "less_noise", "wind_up", "suspicion"),
+    *("robust_start", "second_start", "first_samples", "less_noise", "noise_level", "wind_up", "suspicion"),
     *("trial", "trial_state", "verdict", "bank", "modes", "mixing", "likelihood_drift", "unknown_drift", "sensitivity"),
     *("moments", "resolution", "retrospect", "set_free"),
 )
