@@ -20,7 +20,6 @@ from scipy import special
 from driftwise.engine import elementary, jit
 from driftwise.engine.elementary import cos, erfc, exp, expm1, hypot, lgamma, log, log1p, pairs, pow, sin, turns
 from driftwise.engine.elementary.complementary import erfc_both
-from driftwise.engine.elementary.logarithm import log_of_ratio
 from driftwise.engine.translate.c99 import Printer
 from driftwise.engine.translate.program import Program
 from driftwise.engine.translate.types import FLOAT, View
@@ -273,10 +272,3 @@ def test_compiled_has_the_same_bits(name):
     jit._bind()
     table = drawn_table(name, 3000)
     assert same_bits(filled(numba.njit(loop(name), **jit.OPTIONS), table), plain(name, table))
-
-
-def test_the_logarithm_of_a_ratio_has_the_bits_of_any_other():
-    low, high = pairs.ROOT_HALF, 2 * pairs.ROOT_HALF
-    edges = [low, np.nextafter(low, 0), high, np.nextafter(high, 0), 1.0, 1 + 2**-52, 0.0, 1e-310, 1e300]
-    x = [*edges, *np.random.default_rng(1).uniform(0.3, 3.0, 2000).tolist()]
-    assert [log_of_ratio(float(v)) for v in x] == [log(float(v)) for v in x]

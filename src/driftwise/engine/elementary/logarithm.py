@@ -3,11 +3,10 @@
 import math
 
 from ..dispatch import kernel, rare
-from .pairs import LN2_HIGH, LN2_LOW, ROOT_HALF, about_one
+from .pairs import LN2_HIGH, LN2_LOW, about_one
 
 LEAST, MOST = 2.2250738585072014e-308, 1.7976931348623157e308  # of ordinary numbers
 LIFT, LIFTED = 54, 2.0**54  # by so much those below them are
-ROOT_TWO = 2.0 * ROOT_HALF
 TINY = 2.0**-54  # log(1 + x) is x below
 NEAR = 0.29  # and log(1 + x) is that of a number between the roots
 
@@ -38,12 +37,6 @@ def log(x):
         return far_log(x)
     m, k = about_one(x)
     return log_about_one(m - 1.0, k, k * LN2_LOW)
-
-
-@kernel
-def log_of_ratio(x):
-    """Return the same bits, sooner where x is mostly between the roots: of the branch, nearly all go one way."""
-    return log_about_one(x - 1.0, 0, 0.0) if ROOT_HALF <= x < ROOT_TWO else log(x)
 
 
 @rare

@@ -8,7 +8,6 @@ from ...detect.gate import admit, count_rejections
 from ...detect.watch import SINCE, STATISTIC, WHICH, watch
 from ...engine.dispatch import abreast, advance, kernel, listens, open_scratch
 from ...engine.elementary import log
-from ...engine.elementary.logarithm import log_of_ratio
 from ...engine.status import BAD_VALUE, EXACT, FILLED, LOST, MISSING_INPUT, MISSING_OUTPUT, REJECTED, SKIPPED
 from ...engine.ud import entry, predicted_variance, project, variance, variances
 from ...memory.registry import (
@@ -233,7 +232,7 @@ def advance_lags(form, method, memory, gate, scale, detector, state, scratch, y,
                 memory, state.memory_state, head[COUNT], head[CHI2], head[WEIGHT], e * e / T
             )
             alarm += found_jump(memory, state.memory_state, state.detector_state)
-            head[LOGDET] += log_of_ratio(T) if T != 1.0 else 0.0  # one: of a gain that knows no covariance
+            head[LOGDET] += log(T) if T != 1.0 else 0.0  # one: of a gain that knows no covariance
             if variance_foreseen > 0.0:
                 head[SCORE] -= 0.5 * (log(2.0 * math.pi * variance_foreseen) + foreseen * foreseen / variance_foreseen)
             else:
