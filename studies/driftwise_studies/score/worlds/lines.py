@@ -15,7 +15,7 @@ where they stand among the regressors; and the jumps before the one in question.
 Their odds are exact sums over moments (`ceiling.Moments`), bars those of the mixture. Left out are loops whose input
 felt a wrong or a missing number, which no record shows without it.
 
-Run: python -m driftwise_studies.score.worlds.lines [--seed 0] [--systems 300] [--records 1] [--every 1]
+Run: python -m driftwise_studies.score.worlds.lines [--seed 0] [--systems 300] [--records 1] [--every 1] [--bars .95]
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ import sys
 from itertools import pairwise
 
 import numpy as np
+from scipy.stats import norm
 
 from .ceiling import BEFORE, EVERY, all_but_when, default, filtered, statistics
 from .drawing import draw
@@ -92,10 +93,10 @@ class Levels:
         return float(np.logaddexp.reduce(logs, axis=None) - np.log(len(ratio) * STEPS))
 
 
-def mixed(paths, weights, guesses, rows, qs, theta, levels: bool):
+def mixed(paths, weights, guesses, rows, qs, theta, levels: bool, bar: float = BAR):
     """Return log odds of a jump against none at every sample, and which parameters the bars of the mixture hold.
 
-    ``paths`` believe in no jump, each with its own q; ``guesses`` are `Moments` of each.
+    ``paths`` believe in no jump, each with its own q; ``guesses`` are `Moments` of each; ``bar`` is in deviations.
     """
     n, odds, held = theta.shape[1], [], []
     runs = [path.over(*rows, q) for path, q in zip(paths, qs)]
@@ -120,11 +121,11 @@ def mixed(paths, weights, guesses, rows, qs, theta, levels: bool):
         w = np.exp(w - w.max())
         w /= w.sum()
         mean = w @ every
-        held.append(np.abs(mean - theta[k]) < BAR * np.sqrt(w @ (spread + (every - mean) ** 2)))
+        held.append(np.abs(mean - theta[k]) < bar * np.sqrt(w @ (spread + (every - mean) ** 2)))
     return np.array(odds), np.array(held)
 
 
-def of_record(system: System, psi, y, sigma, theta, jumps, moved):
+def of_record(system: System, psi, y, sigma, theta, jumps, moved, bar: float = BAR):
     """Return of each jump which of `ODDS` each of `WHO` passes, (J, 3, 3), and what share its bars hold, (J, 3)."""
     own, T = np.array(system.deviations), len(y)
     true, start = walk(system, T), np.diag(WIDE * np.maximum(np.array(system.deviations) ** 2, 1.0))
@@ -148,7 +149,14 @@ def of_record(system: System, psi, y, sigma, theta, jumps, moved):
             w = posterior[some] - posterior[some].max()
             copies = [copied(paths[m]) for m in some]
             odds, inside = mixed(
-                copies, w, [guess(step, own) for _ in some], rows, [banks[m][part] for m in some], theta[part], levels
+                copies,
+                w,
+                [guess(step, own) for _ in some],
+                rows,
+                [banks[m][part] for m in some],
+                theta[part],
+                levels,
+                bar,
             )
             passed.append([odds[BEFORE:].max() > np.log(v) for v in ODDS])
             held.append(inside[near].mean())
@@ -204,7 +212,9 @@ def main(arguments=None) -> None:
     parser.add_argument("--systems", type=int, default=300)
     parser.add_argument("--records", type=int, default=1)
     parser.add_argument("--every", type=int, default=1, help="of those whose parameters jump, each so many")
+    parser.add_argument("--bars", type=float, default=0.95, help="share of normal errors that theirs hold")
     asked = parser.parse_args(arguments)
+    bar = float(norm.ppf((1 + asked.bars) / 2))
     jumping = [one for one in (draw(asked.seed, number) for number in range(asked.systems)) if one.jumps]
     rows, used, left = [], 0, 0
     for system in jumping[:: asked.every]:
@@ -219,7 +229,7 @@ def main(arguments=None) -> None:
         can, size = told(system, r).tellable, np.abs(r.moved / np.array(system.deviations)).max(axis=2)
         for s in range(len(y)):
             ours = default(system, r.y[s], r.u[s], r.theta[s], r.jumps[s])
-            found = of_record(system, psi[s], y[s], sigma[s], r.theta[s], r.jumps[s], r.moved[s])
+            found = of_record(system, psi[s], y[s], sigma[s], r.theta[s], r.jumps[s], r.moved[s], bar)
             for j, one in enumerate(ours):
                 rows.append((groups(system), size[s, j], can[s, j], one.told, one.held, found[0][j], found[1][j]))
         print(used, left, len(rows), system.about, file=sys.stderr, flush=True)
