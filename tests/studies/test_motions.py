@@ -10,7 +10,7 @@ from driftwise_studies.score.motions.errors import cell, scales
 from driftwise_studies.score.motions.exact import Found, exact, filtered, report
 from driftwise_studies.score.motions.field import Total, by_kind, by_trouble, told_by
 from driftwise_studies.score.motions.jets import alone, imm
-from driftwise_studies.score.motions.laws import ACROSS, ALONG, STRAIGHT, Law, Legs, move
+from driftwise_studies.score.motions.laws import ACROSS, ALONG, STRAIGHT, Forgetful, Law, Legs, Stranger, move
 from driftwise_studies.score.motions.measured import one, onsets, play, runs, within
 from driftwise_studies.score.motions.scene import ALONE, KINDS, Scene, Sensor
 from driftwise_studies.score.motions.simulation import Path
@@ -162,15 +162,16 @@ def test_patches_return_what_they_say():
 
 
 @pytest.mark.parametrize("mode", [STRAIGHT, ALONG, ACROSS])
-def test_legs_end_within_a_scan_as_often_as_the_law_says(mode):
-    n, rng, law = 20_000, np.random.default_rng(3), Law(KINDS["glider"], 4.0)
+@pytest.mark.parametrize(("knows", "d"), [(Law, 2.5), (Forgetful, 2.5), (Stranger, 10.0)])
+def test_legs_end_within_a_time_as_often_as_the_law_says(knows, d, mode):
+    n, rng, law = 20_000, np.random.default_rng(3), knows(KINDS["glider"], 4.0)
     sign = np.where(np.arange(n) % 2, 1.0, -1.0)
     legs = Legs(
         np.full(n, mode), np.full(n, 40.0 if mode == STRAIGHT else 0.7), sign, np.ones(n, int), np.zeros(n, bool)
     )
     x = np.tile([0.0, 20.0, 0.0, 15.0, math.log(3.0)], (n, 1))
-    share = law.share_ending(legs, x, 2.5)
-    ended = law.remaining(legs, x, rng.random(n)) < 2.5
+    share = law.share_ending(legs, x, d)
+    ended = law.remaining(legs, x, rng.random(n)) < d
     assert 0.02 < share.mean() < 0.98
     assert [ended[sign > 0].mean(), ended[sign < 0].mean()] == pytest.approx([share[1], share[0]], abs=0.015)
 
@@ -218,6 +219,17 @@ def test_who_knows_the_laws_of_a_motion_sees_manoeuvres_while_they_last():
     p, truth = np.concatenate(believed), np.concatenate(lasts)
     assert np.mean(p) == pytest.approx(np.mean(truth), abs=0.08)
     assert np.mean(truth[p < 0.2]) < 0.2 < 0.8 < np.mean(truth[p > 0.8])
+
+
+def test_who_knows_less_of_motions_foresees_less():
+    scores = []
+    for k in (1, 2, 4):
+        drawn = alone(draw(0, k))
+        seen = simulate(drawn).plots
+        said = [exact(drawn, seen.time, seen.position, 300, None, one) for one in (Law, Forgetful, Stranger)]
+        scores.append([np.mean(s.log_score[3:]) for s in said])
+    knows, forgets, strange = np.mean(scores, axis=0)
+    assert knows > forgets - 0.02 and forgets > strange + 0.02
 
 
 def test_who_knows_how_plots_err_knows_where_they_lie():

@@ -113,11 +113,11 @@ def spread_out(rng, law: Law, legs: Legs, x, P, weight, d: float, more: int):
     return legs, x, P, w / w.sum()
 
 
-def exact(scene: Scene, time, position, particles: int, errors: Errors | None = None) -> Said:
-    """Filter the plots of one object: without troubles, or with such ``errors``."""
+def exact(scene: Scene, time, position, particles: int, errors: Errors | None = None, knows: type[Law] = Law) -> Said:
+    """Filter the plots of one object: without troubles, or with such ``errors``; by what one ``knows`` of motions."""
     errors = errors or alike(len(time), scene.sensors[0].deviation)
     rests, n = "rests" in scene.troubles, particles
-    rng, law = np.random.default_rng([*scene.seed, 5]), Law(scene.kind, scene.sensors[0].scan, rests)
+    rng, law = np.random.default_rng([*scene.seed, 5]), knows(scene.kind, scene.sensors[0].scan, rests)
     nothing = np.full((len(time), 2), np.nan)
     made = Said(nothing.copy(), nothing.copy(), nothing.copy(), nothing[:, 0].copy(), np.zeros(len(time)))
     u = (rng.permutation(n) + rng.random(n)) / n

@@ -1,10 +1,16 @@
-"""How drawn objects move, as laws: what a leg does, when it ends, what follows; see `simulation.itinerary`."""
+"""How drawn objects move, as laws: what a leg does, when it ends, what follows; see `simulation.itinerary`.
+
+`Law` is that by which they are drawn. Who knows less of it is `Forgetful` or a `Stranger`.
+"""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
 import numpy as np
+
+from driftwise.estimators.track.courses import BEGINS, STRENGTHS, WOBBLES
+from driftwise.estimators.track.judging import GENTLE
 
 from .scene import Kind
 from .simulation import LEAST_LEG, WOBBLE
@@ -104,6 +110,67 @@ class Law:
         P[at, 4, 4] = width**2 / 12
         still = which[~moved]
         P[still, 4, :], P[still, :, 4] = 0.0, 0.0
+
+
+class Forgetful(Law):
+    """How a class moves, to who does not know how long legs last: as long as any of the class yet, at any age."""
+
+    knows_calm = True  # that some objects never manoeuvre
+
+    def straight(self) -> float:
+        """Return how long a straight leg lasts, s, in the mean."""
+        return max(mean(self.kind.leg), LEAST_LEG * self.scan)
+
+    def remaining(self, legs: Legs, x: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """Return the time that each leg still lasts, at quantile u of what is possible."""
+        rate, longest = self.ending(legs, x)
+        return np.minimum(-np.log1p(-np.minimum(u, 1 - 1e-12)) / np.maximum(rate, 1e-300), longest)
+
+    def share_ending(self, legs: Legs, x: np.ndarray, d: float) -> np.ndarray:
+        """Return the probability that each leg ends within d seconds."""
+        rate, longest = self.ending(legs, x)
+        return np.where(longest <= d, 1.0, -np.expm1(-rate * d))
+
+    def ending(self, legs: Legs, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return at what rate each leg ends, 1/s, and what it lasts at most: nothing slows beyond rest."""
+        v, a = np.maximum(np.hypot(x[:, 1], x[:, 3]), 1e-9), np.exp(x[:, 4])
+        among = np.exp(np.linspace(self.speed[0], self.speed[1], 200))
+        change = np.mean(np.abs(among[:, None] - among))
+        angle = 0.5 * (0.35 + np.pi) * (0.7 * 4.5 + 0.3 if self.kind.circles else 1.0)
+        rate = np.select([legs.mode == ALONG, legs.mode == ACROSS], [a / change, a / (v * angle)], 1 / self.straight())
+        stops = (legs.mode == ALONG) & (legs.times == 0)
+        slows = (legs.mode == ALONG) & (legs.sign < 0) & ~stops
+        rate[stops], longest = 0.0, np.full(len(v), np.inf)
+        longest[stops] = (v / a)[stops]
+        longest[slows] = (np.maximum(v - 0.5 * np.exp(self.speed[0]), 0.0) / a)[slows]
+        if self.knows_calm:
+            rate[legs.calm & (v > SLOWEST)] = 0.0
+        return rate, longest
+
+
+class Stranger(Forgetful):
+    """How anything moves, to who is told of a class what is fast, and nothing else: as the courses of a track have it.
+
+    Any speed up to a third more than fast, manoeuvres of any strength, one of a hundred plots begins one.
+    """
+
+    knows_calm = False
+
+    def __init__(self, kind: Kind, scan: float, rests: bool = False):
+        gentlest = kind.told / GENTLE
+        sharp = gentlest * STRENGTHS[0] / 3, gentlest * STRENGTHS[-1] * 2
+        speed = 0.02 * kind.told, 1.3 * kind.told
+        super().__init__(kind._replace(speed=speed, acceleration=sharp, circles=False), scan, rests)
+        self.wobble = WOBBLES * gentlest * np.sqrt(scan)
+
+    def straight(self) -> float:
+        """Return how long a straight leg lasts, s, in the mean."""
+        return self.scan / BEGINS
+
+
+def mean(span: tuple[float, float]) -> float:
+    """Return the mean of a number whose logarithm is uniform."""
+    return float((span[1] - span[0]) / np.log(span[1] / span[0]))
 
 
 def halt(x: np.ndarray, P: np.ndarray, which: np.ndarray) -> None:
