@@ -11,7 +11,7 @@ from driftwise import memory as policies
 from driftwise.analysis.laws import example
 from driftwise.analysis.matrix import MEMORIES, MODELS, YES, pairs, said, tried
 from driftwise.estimators.common.refusals import REFUSED
-from driftwise.memory.registry import MEMORIES as ANSWERING
+from driftwise.memory.questions import MEMORIES as ANSWERING
 
 TAKEN = [pair for pair in pairs() if said(*pair) == YES]
 LEAST = {"AdaptiveGain": 14}  # all others: every memory

@@ -12,7 +12,7 @@ import driftwise as dw
 from driftwise.analysis.laws import same
 from driftwise.detect.watch import OWN, SINCE, STATISTIC, WHICH, watch
 from driftwise.memory.exponential_forgetting import ExponentialForgettingKernel
-from driftwise.memory.registry import time_update
+from driftwise.memory.questions import time_update
 
 MEMORIES = {
     "never": dw.Constant(),

@@ -12,7 +12,8 @@ from driftwise.engine.dispatch import flatten, part
 from driftwise.engine.status import CAPPED
 from driftwise.memory import PerParameter, adapt, begin, least_squares, register, resolve, time_update
 from driftwise.memory.gauss_markov import widen_within
-from driftwise.memory.registry import ENTRIES, MEMORIES
+from driftwise.memory.questions import MEMORIES
+from driftwise.memory.registry import ENTRIES
 
 
 class Restless(NamedTuple):

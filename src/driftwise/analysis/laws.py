@@ -20,7 +20,7 @@ from ..estimators.arx.estimator import ARX
 from ..estimators.joint.estimator import Joint
 from ..fleet.fleet import Fleet
 from ..memory.exponential_forgetting import ExponentialForgetting
-from ..memory.registry import MEMORIES
+from ..memory.questions import MEMORIES
 from ..memory.restart_on_change import CovarianceInflation, GainReset, RestartOnChange
 from ..models.noise import EquationError
 from ..models.simulation import simulate_mimo

@@ -17,7 +17,7 @@ from ..estimators.continuous.estimator import ContinuousJoint
 from ..estimators.grey_box.estimator import GreyBox
 from ..estimators.joint.estimator import Joint
 from ..estimators.joint_mimo.estimator import JointMIMO
-from ..memory.registry import MEMORIES as ANSWERING
+from ..memory.questions import MEMORIES as ANSWERING
 from ..memory.registry import public
 from .laws import example
 

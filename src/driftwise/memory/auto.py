@@ -27,7 +27,7 @@ from .auto_answers import (
 from .auto_constants import BESIDE_STATE, JUMP_ODDS, LEAST, LEVELS, MOST, PRIOR, SAMPLES, SPEEDS, START, TAU
 from .auto_state import auto_size
 from .bank import common_of_banks
-from .registry import (
+from .questions import (
     adapt,
     additive_share,
     begin,
@@ -36,11 +36,11 @@ from .registry import (
     found_jump,
     mixture,
     outlier_probability,
-    register,
     resolve,
     take_along,
     time_update,
 )
+from .registry import register
 from .trial_state import COPIES
 from .unknown_drift import drift_state_size
 

@@ -58,7 +58,7 @@ from .moments import OVER_DRIFT as MOMENT_OVER_DRIFT
 from .moments import SINCE as MOMENT_SINCE
 from .moments import add_up, expected, follow_moment, forget_moments, look_back
 from .noise_level import follow_level, stay_as_fast
-from .registry import BELIEVED, DOUBTED, LIKELY
+from .questions import BELIEVED, DOUBTED, LIKELY
 from .resolution import follow_resolution, least_variance
 from .retrospect import FOUND, forget_rows, is_known, look_back_late, wait_on
 from .retrospect import ODDS as LATE_ODDS

@@ -14,7 +14,8 @@ from ..engine.errors import InputError
 from ..engine.layout import Field, Layout, each
 from ..engine.ud import correct, project
 from .gauss_markov import relax
-from .registry import register, resolve
+from .questions import resolve
+from .registry import register
 from .sensitivity import add_variance, follow_covariance
 from .settings import LARGEST, more_than_one
 from .unknown_drift import START, common, drift_state_size, learns_drift, revise

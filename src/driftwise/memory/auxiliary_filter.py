@@ -10,7 +10,8 @@ from ..engine.elementary import square
 from ..engine.layout import Field, Layout, each
 from ..engine.ud import correct, project
 from .gauss_markov import relax
-from .registry import register, resolve
+from .questions import resolve
+from .registry import register
 from .unknown_drift import START, common, drift_state_size, learns_drift, revise, starts
 from .wind_up import hold_within
 

@@ -11,7 +11,8 @@ from ..engine.layout import Field, Layout, numbers
 from ..engine.status import CAPPED
 from ..engine.ud import correct, marginal, predicted_variance, project, widen_along
 from .gauss_markov import widen_within
-from .registry import adapt, count, found_jump, register, resolve, take_along, time_update
+from .questions import adapt, count, found_jump, resolve, take_along, time_update
+from .registry import register
 from .settings import jump_size, more_than_one
 from .wind_up import hold_within
 

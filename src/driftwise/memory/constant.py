@@ -3,7 +3,8 @@
 from typing import NamedTuple
 
 from ..engine.status import JUMP
-from .registry import on_alarm, register
+from .questions import on_alarm
+from .registry import register
 from .wind_up import hold_within
 
 

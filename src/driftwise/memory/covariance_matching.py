@@ -4,7 +4,8 @@ from typing import Any, NamedTuple
 
 from ..engine import validation
 from ..engine.dispatch import PerParameter, kernel
-from .registry import register, resolve
+from .questions import resolve
+from .registry import register
 from .unknown_drift import START, common, drift_state_size, learns_drift, revise, starts
 
 

@@ -7,7 +7,8 @@ from ..engine.dispatch import PerParameter
 from ..engine.ud import covariances, predicted_variance, project, widen_along
 from .constant import on_alarm_constant
 from .exponential_forgetting import weight_and_horizon
-from .registry import adapt, least_squares, on_alarm, register, resolve, time_update
+from .questions import adapt, least_squares, on_alarm, resolve, time_update
+from .registry import register
 from .wind_up import precisions, shrink
 
 

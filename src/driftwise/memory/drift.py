@@ -10,7 +10,8 @@ from ..engine.errors import InputError
 from ..engine.status import CAPPED
 from ..engine.ud import entry, orthogonalise
 from .gauss_markov import relax, widen_within
-from .registry import register, resolve, time_update
+from .questions import resolve, time_update
+from .registry import register
 from .settings import variances
 from .unknown_drift import ROOM, common, diagonal, drift_state_size, learns_drift, revise
 

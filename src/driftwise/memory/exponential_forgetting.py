@@ -8,7 +8,8 @@ from ..engine import validation
 from ..engine.dispatch import PerParameter
 from ..engine.errors import InputError
 from .constant import on_alarm_constant
-from .registry import on_alarm, register, resolve, time_update
+from .questions import on_alarm, resolve, time_update
+from .registry import register
 from .wind_up import MEMORIES, precisions, shrink
 
 

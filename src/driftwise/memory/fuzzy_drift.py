@@ -10,7 +10,8 @@ from ..engine.dispatch import PerParameter, kernel
 from ..engine.elementary import exp, log
 from ..engine.errors import InputError
 from ..engine.layout import Layout, each, numbers
-from .registry import register, resolve
+from .questions import resolve
+from .registry import register
 from .unknown_drift import common, drift_state_size, learns_drift, revise
 
 

@@ -3,7 +3,8 @@
 from typing import NamedTuple
 
 from .exponential_forgetting import ExponentialForgettingKernel
-from .registry import register, resolve
+from .questions import resolve
+from .registry import register
 from .settings import more_than_one
 from .wind_up import MEMORIES, precisions
 

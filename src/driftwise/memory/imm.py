@@ -27,7 +27,8 @@ from .bank import (
 )
 from .mixing import drift_apart, interact
 from .modes import WEIGHT, mode
-from .registry import adapt, begin, count, found_jump, mixture, register, resolve, take_along, time_update
+from .questions import adapt, begin, count, found_jump, mixture, resolve, take_along, time_update
+from .registry import register
 from .unknown_drift import drift_state_size, open_drift_state
 
 JUMP, AGAIN = 1.0, 0.1  # NVR of the jump mode, and how likely one jump follows another

@@ -12,7 +12,8 @@ from ..engine.elementary import exp
 from ..engine.errors import InputError
 from ..engine.layout import Field, Layout, each
 from ..engine.ud import variances
-from .registry import adapt, least_squares, register, resolve, time_update
+from .questions import adapt, least_squares, resolve, time_update
+from .registry import register
 from .sensitivity import add_variance, follow_covariance, follow_mean, pass_time, stays
 from .settings import more_than_one
 from .unknown_drift import SEEN, common, drift_state_size, excite, learns_drift, open_drift_state, wander

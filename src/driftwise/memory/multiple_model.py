@@ -24,7 +24,8 @@ from .bank import (
 )
 from .mixing import drift_apart
 from .modes import FREEDOM, WEIGHT, mode, normalise, own_sigma2
-from .registry import adapt, begin, count, mixture, register, resolve, take_along, time_update
+from .questions import adapt, begin, count, mixture, resolve, take_along, time_update
+from .registry import register
 from .unknown_drift import drift_state_size, open_drift_state
 
 

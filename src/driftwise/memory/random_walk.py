@@ -10,7 +10,8 @@ from ..engine.errors import InputError
 from ..engine.status import CAPPED, JUMP
 from ..engine.ud import variance
 from .gauss_markov import widen_within
-from .registry import on_alarm, register, resolve, time_update
+from .questions import on_alarm, resolve, time_update
+from .registry import register
 from .settings import jump_size, variances
 
 

@@ -9,7 +9,8 @@ from ..engine.elementary import exp, log
 from ..engine.errors import InputError, refuse_class
 from ..engine.status import JUMP
 from .gauss_markov import widen_within
-from .registry import on_alarm, register, resolve
+from .questions import on_alarm, resolve
+from .registry import register
 from .settings import jump_size, more_than_one
 from .wind_up import hold_within
 

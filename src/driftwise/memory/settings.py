@@ -11,7 +11,8 @@ from ..detect.watch import Silent
 from ..engine import validation
 from ..engine.errors import InputError, refuse_class
 from ..models.scale import KnownScale
-from .registry import MEMORIES, public, resolve
+from .questions import MEMORIES, resolve
+from .registry import public
 
 EKF = (
     "an extended Kalman filter with log q appended to its state learns nothing: the innovation's mean does not depend "

@@ -19,7 +19,7 @@ from ..engine.errors import InputError
 from ..engine.layout import REST, Field, Layout, each, numbers
 from ..engine.status import AT_REST, CAPPED
 from .gauss_markov import relax, widen_within
-from .registry import adapt, count, least_squares, time_update
+from .questions import adapt, count, least_squares, time_update
 
 ROOM = 2.0  # times its prior, the widest variance: a prior of known width is no limit before data come
 FADING = 0.995  # per sample, of what sigma^2 rests on: the noise may change, 200 samples of it count

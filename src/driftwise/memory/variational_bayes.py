@@ -8,7 +8,8 @@ from ..engine import validation
 from ..engine.dispatch import PerParameter, kernel
 from ..engine.errors import InputError
 from ..engine.ud import correct, covariances, predicted_variance, widen_along
-from .registry import adapt, count, least_squares, register, resolve
+from .questions import adapt, count, least_squares, resolve
+from .registry import register
 from .unknown_drift import (
     SEEN,
     UNEXCITED,

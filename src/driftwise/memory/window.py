@@ -14,7 +14,8 @@ from ..engine.dispatch import PerParameter, Vector, kernel, rare
 from ..engine.errors import InputError
 from ..engine.layout import Field, Layout, each, numbers
 from ..engine.ud import predicted_variance, project
-from .registry import adapt, count, register, resolve
+from .questions import adapt, count, resolve
+from .registry import register
 from .settings import LARGEST
 
 AT, IS_FULL = range(2)  # of the head

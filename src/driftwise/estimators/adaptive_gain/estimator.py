@@ -16,8 +16,8 @@ from ...memory.constant import Constant
 from ...memory.directional_forgetting import DirectionalForgetting
 from ...memory.exponential_forgetting import ExponentialForgetting
 from ...memory.gain_floor import GainFloor
+from ...memory.questions import on_alarm
 from ...memory.random_walk import RandomWalk
-from ...memory.registry import on_alarm
 from ...memory.settings import Setting, answers, resolve_memory, state_size
 from ...memory.variable_forgetting import VariableForgetting
 from ...models.convert import Model

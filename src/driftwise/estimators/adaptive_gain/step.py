@@ -11,7 +11,7 @@ from ...engine.dispatch import advance, kernel, listens
 from ...engine.elementary import log
 from ...engine.status import BAD_VALUE, EXACT, LOST, MISSING_INPUT, MISSING_OUTPUT, PROJECTED, REJECTED, SKIPPED
 from ...engine.ud import entry, predicted_variance
-from ...memory.registry import Alarm, View, adapt, begin, count, found_jump, on_alarm, time_update
+from ...memory.questions import Alarm, View, adapt, begin, count, found_jump, on_alarm, time_update
 from ...models.stability import is_inside
 from ..arx.row import CHI2, COUNT, HUGE, IN_A_ROW, LOGDET, OBSERVED, SAMPLES, SCORE, STATUS, WEIGHT
 from ..arx.step import project

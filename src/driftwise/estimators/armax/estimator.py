@@ -9,7 +9,7 @@ import numpy as np
 
 from ...engine import validation
 from ...engine.errors import InputError
-from ...memory.registry import finds_speed
+from ...memory.questions import finds_speed
 from ...models.family import Family
 from ...models.polynomial import PolynomialModel
 from ...models.stability import is_inside

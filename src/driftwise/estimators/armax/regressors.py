@@ -23,7 +23,7 @@ from ...engine.status import PROJECTED
 from ...engine.ud import variances
 from ...engine.views import matrix
 from ...memory.gauss_markov import widen_within
-from ...memory.registry import Change, take_along
+from ...memory.questions import Change, take_along
 from ...memory.wind_up import hold_within
 from ...models.stability import is_inside, shrink_inside
 from ..arx import step as _step  # noqa: F401  (registers the step)

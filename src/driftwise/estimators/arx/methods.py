@@ -4,7 +4,7 @@ import math
 from typing import NamedTuple
 
 from ...engine.dispatch import choice, kernel
-from ...memory.registry import View, adapt
+from ...memory.questions import View, adapt
 from .row import WEIGHT
 
 

@@ -10,7 +10,7 @@ from ...engine.dispatch import abreast, advance, kernel, listens, open_scratch
 from ...engine.elementary import log
 from ...engine.status import BAD_VALUE, EXACT, FILLED, LOST, MISSING_INPUT, MISSING_OUTPUT, REJECTED, SKIPPED
 from ...engine.ud import entry, predicted_variance, project, variance, variances
-from ...memory.registry import (
+from ...memory.questions import (
     LIKELY,
     Alarm,
     additive_share,

@@ -14,7 +14,7 @@ A row keeps a number, what the memory thinks of the doubt, and B. It sees the sl
 """
 
 from ...engine.dispatch import kernel
-from ...memory.registry import BELIEVED
+from ...memory.questions import BELIEVED
 
 BEFORE = 0.5  # a sample, of what parameters did before a doubt begins, which it does late: by a sample or two
 

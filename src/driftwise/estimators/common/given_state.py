@@ -18,7 +18,7 @@ import numpy as np
 
 from ...engine.dispatch import kernel
 from ...engine.ud import correct, marginal, predicted_variance
-from ...memory.registry import View, adapt, begin, outlier_probability, time_update
+from ...memory.questions import View, adapt, begin, outlier_probability, time_update
 from ...models.scale import sigma2
 from .fresh import correct_fresh, follow_fresh, show_fresh
 

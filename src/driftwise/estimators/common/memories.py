@@ -13,8 +13,8 @@ from ...memory.constant import Constant
 from ...memory.directional_forgetting import DirectionalForgettingKernel
 from ...memory.drift import DriftKernel, DriftMatrixKernel
 from ...memory.exponential_forgetting import ExponentialForgettingKernel
+from ...memory.questions import adapt, count, found_jump, mixture, outlier_probability
 from ...memory.random_walk import RandomWalk
-from ...memory.registry import adapt, count, found_jump, mixture, outlier_probability
 from ...memory.restart_on_change import CovarianceInflationKernel
 from ...memory.settings import Setting, answers, resolve_memory, resolve_watch
 from ...memory.variable_forgetting import VariableForgettingKernel

@@ -22,7 +22,7 @@ from ...engine.elementary import log, square
 from ...engine.layout import Field, Layout, joined, numbers, policy
 from ...engine.status import BAD_VALUE, EXACT, FLOORED, MISSING_OUTPUT, REJECTED
 from ...engine.ud import entry, measurement_update, predicted_variance, project
-from ...memory.registry import Alarm, View, count, found_jump, on_alarm, outlier_probability, time_update
+from ...memory.questions import Alarm, View, count, found_jump, on_alarm, outlier_probability, time_update
 from ...models.scale import sigma2
 from ..adaptive_gain.step import take_inputs
 from ..common.given_state import (

@@ -32,7 +32,7 @@ from ...engine.ud import (
     variance,
     variances,
 )
-from ...memory.registry import Alarm, View, begin, count, found_jump, on_alarm, time_update
+from ...memory.questions import Alarm, View, begin, count, found_jump, on_alarm, time_update
 from ...models.formula_kernels import show
 from ...models.scale import freedom, sigma2
 from ..adaptive_gain.step import take_inputs

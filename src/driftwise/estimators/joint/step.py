@@ -10,7 +10,7 @@ from ...engine.dispatch import advance, choice, kernel, rare, watch
 from ...engine.elementary import log, square
 from ...engine.status import BAD_VALUE, EXACT, FLOORED, LOST, MISSING_INPUT, MISSING_OUTPUT, REJECTED
 from ...engine.ud import entry, measurement_update, predicted_variance, variance, variances, widen_along
-from ...memory.registry import Alarm, View, begin, count, found_jump, on_alarm, outlier_probability, time_update
+from ...memory.questions import Alarm, View, begin, count, found_jump, on_alarm, outlier_probability, time_update
 from ...models.noise import Coloured, Sensor, Unknown, White, held_back
 from ...models.scale import sigma2
 from ..common.fresh import pass_fresh

@@ -9,7 +9,7 @@ from ...engine.dispatch import advance, kernel, rare, read_like, watch
 from ...engine.elementary import log, square
 from ...engine.status import BAD_VALUE, EXACT, FLOORED, LOST, MISSING_OUTPUT, REJECTED
 from ...engine.ud import entry, measurement_update, predicted_variance, variances
-from ...memory.registry import Alarm, View, count, found_jump, on_alarm, outlier_probability, time_update
+from ...memory.questions import Alarm, View, count, found_jump, on_alarm, outlier_probability, time_update
 from ...models.scale import sigma2
 from ..common.given_state import (
     COUNT,

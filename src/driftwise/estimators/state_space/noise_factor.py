@@ -24,7 +24,7 @@ from ...memory.likelihood_drift import (
     learner_size,
     open_learner,
 )
-from ...memory.registry import question
+from ...memory.questions import question
 from ...memory.settings import more_than_one
 
 
