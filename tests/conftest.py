@@ -41,6 +41,7 @@ def pytest_collection_modifyitems(items):
 def pytest_collection_finish():
     """Look for garbage from here on, and not among what was collected."""
     gc.freeze()
+    gc.set_threshold(10_000)
     gc.enable()
 
 

@@ -22,6 +22,8 @@ MODULES = [m.name for m in pkgutil.walk_packages(dw.__path__, "driftwise.")]
 @pytest.mark.parametrize("name", MODULES)
 def test_docstring_examples(name):
     module = importlib.import_module(name)
+    if ">>> " not in Path(module.__file__ or "").read_text(encoding="utf-8"):  # nothing to look for
+        return
     failed, _ = doctest.testmod(module, optionflags=doctest.NORMALIZE_WHITESPACE)
     assert failed == 0
 

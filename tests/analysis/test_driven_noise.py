@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from draws import draws
 from driftwise_studies.score.claims.wander import wandering
 from scipy.signal import lfilter
 
@@ -43,14 +44,16 @@ def gains(seed: int, factor: float):
     return y + lfilter([0.0, 0.1], [1, -0.9], (factor - 1) * u[:, 0] * (np.arange(len(u)) >= 800)), u
 
 
-def test_a_gain_that_is_another_for_a_few_moves_is_told_of_no_plant_that_misses_them(monkeypatch):
-    seen = [hindsight(*wandering(0, number, "late moves")) for number in (12, 15, 30)]
+@draws("numbers", [30], [12, 15, 30])
+def test_a_gain_that_is_another_for_a_few_moves_is_told_of_no_plant_that_misses_them(numbers, monkeypatch):
+    seen = [hindsight(*wandering(0, number, "late moves")) for number in numbers]
     assert not any(one.jumps() for one in seen)
     assert all(one.visible().gains[0] == np.inf for one in seen)
     monkeypatch.setattr(segmentation, "by_moves", lambda now, j, where: where)
     assert GAIN in {jump.kind for jump in seen[-1].jumps()}
 
 
-def test_a_gain_that_falls_for_good_is_told_though_moves_are_missed():
-    told = [[jump for jump in hindsight(*gains(seed, 0.4)).jumps() if jump.kind == GAIN] for seed in range(4)]
-    assert sum(len(one) == 1 and abs(one[0].at - 800) < 45 for one in told) >= 3
+@draws("seeds", [1], range(4))
+def test_a_gain_that_falls_for_good_is_told_though_moves_are_missed(seeds):
+    told = [[jump for jump in hindsight(*gains(seed, 0.4)).jumps() if jump.kind == GAIN] for seed in seeds]
+    assert sum(len(one) == 1 and abs(one[0].at - 800) < 45 for one in told) >= 0.75 * len(seeds)

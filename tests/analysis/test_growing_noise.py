@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from draws import slow
 
 import driftwise as dw
 from driftwise.analysis.segmentation import NOISE, hindsight
@@ -14,7 +15,7 @@ def level(rng, growth: float) -> np.ndarray:
     return np.exp(np.linspace(0, np.log(growth), 600) + 0.05 * np.sin(np.arange(600) / 60 + rng.uniform(0, 6)))
 
 
-@pytest.mark.parametrize("power", [1.0, 0.5])
+@pytest.mark.parametrize("power", [1.0, slow(0.5)])
 def test_noise_that_grows_with_the_level_has_no_date(power):
     right = 0
     for seed in range(20):
@@ -28,7 +29,7 @@ def test_noise_that_grows_with_the_level_has_no_date(power):
     assert right >= 18
 
 
-@pytest.mark.parametrize("growth", [1.0, 4.0])
+@pytest.mark.parametrize("growth", [slow(1.0), 4.0])
 def test_a_step_of_the_noise_is_told_whatever_the_level_does(growth):
     told = 0
     for seed in range(20):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from draws import slow
 from driftwise_studies.score.claims.drawing import draw
 from driftwise_studies.score.claims.simulation import record
 from driftwise_studies.score.claims.wander import wandering
@@ -30,7 +31,7 @@ def test_of_two_gains_that_have_come_to_one_date_one_is_told():
     assert [jump.kind for jump in told] == [GAIN] and told[0].interval[0] <= 704 <= told[0].interval[1]
 
 
-@pytest.mark.parametrize("number", [8, 41])
+@pytest.mark.parametrize("number", [8, slow(41)])
 def test_a_gain_that_wanders_is_weighed_as_its_jump_is(number, monkeypatch):
     """Poles that are fitted anew take a part of what wanders."""
     seen = hindsight(*wandering(480301, number, "gain"))

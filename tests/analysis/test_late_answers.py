@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from draws import slow
 from driftwise_studies.score.claims.falls import NONE, ONCE, TWICE, YEAR, counts
 
 from driftwise.analysis.response_orders import linear, plainest
@@ -11,7 +12,7 @@ from driftwise.analysis.response_record import recorded
 from driftwise.analysis.segmentation import LEVEL, hindsight
 
 
-@pytest.mark.parametrize("number", [6, 34])
+@pytest.mark.parametrize("number", [6, slow(34)])
 def test_a_fall_is_no_late_answer_to_a_price_that_walks(number):
     y, u, (at,) = counts(14, number, ONCE)
     (told,) = hindsight(y, u, seasons=(YEAR,)).jumps()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from draws import slow
 
 from driftwise.analysis.table_together import together_of
 from driftwise.tables.recognise import recognise
@@ -31,17 +32,17 @@ def told(columns) -> list[tuple[str, ...]]:
     return [one.names for one in together_of(columns, recognise(columns))]
 
 
-@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("seed", [0, slow(1)])
 def test_a_turn_is_no_news_of_a_body_that_moves(seed):
     assert not told(voyage(seed))
 
 
-@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("seed", [0, slow(1)])
 def test_what_else_is_on_board_is_news(seed):
     assert told(voyage(seed, oil=0.5)) == [("oil pressure_bar",)]
 
 
-@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("seed", [0, slow(1)])
 def test_the_same_is_news_of_a_bench_that_stands_still(seed):
     columns = voyage(seed)
     columns["latitude_deg"][:] = 48.0

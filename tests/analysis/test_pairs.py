@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from draws import draws
 from driftwise_studies.score.claims.close import close, told
 
 from driftwise.analysis.change_effects import GAIN, LEVEL
@@ -41,6 +42,8 @@ def test_a_level_and_a_gain_a_few_samples_apart_are_both_told_where_they_are(lev
     assert jumps[GAIN].interval[1] - jumps[GAIN].interval[0] < 40
 
 
-def test_drawn_changes_close_together_lie_in_the_intervals_of_their_dates():
-    many, held, _ = zip(*(told(*close(1, number)) for number in (13, 23, 26, 28)))
-    assert many == (2, 2, 2, 2) and sum(held) == 8
+@draws("numbers", [13], [13, 23, 26, 28])
+def test_drawn_changes_close_together_lie_in_the_intervals_of_their_dates(numbers):
+    for number in numbers:
+        many, held, _ = told(*close(1, number))
+        assert (many, held) == (2, 2)

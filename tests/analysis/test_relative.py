@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from draws import slow
 from driftwise_studies.score.claims.seasonal_steps import STEADY, STEP, YEAR, counts
 
 from driftwise.analysis.change_log import moved
@@ -22,7 +23,7 @@ def plant(seed: int, middle: float):
     return middle + x + 0.1 * rng.standard_normal(600), u[:, None]
 
 
-@pytest.mark.parametrize("number", [20, 33])
+@pytest.mark.parametrize("number", [20, slow(33)])
 def test_a_fall_of_what_is_multiplied_is_told(number):
     """In units it stood out of a season and a noise that grow with the level."""
     y, u, at = counts(1, number, STEP)

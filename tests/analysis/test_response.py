@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from draws import draws
 from scipy.signal import lfilter
 
 from driftwise.analysis.change_places import colourless
@@ -38,19 +39,20 @@ def effect(y, u, i=0):
 
 
 @pytest.mark.parametrize("colour", [(1.0,), (1.0, -0.9), tuple(A)])
-def test_a_gain_and_its_time_are_known_whatever_the_colour_of_the_noise(colour):
+@draws("seeds", range(1), range(5))
+def test_a_gain_and_its_time_are_known_whatever_the_colour_of_the_noise(colour, seeds):
     """Three plants' noises, five records each: the truth lies within 1.5 times the 95 % interval in nearly all.
 
     Beside a slow noise one may be taken for a slow mode of the plant: then no gain is claimed, and it does not count.
     """
     held, done = 0, np.argmax(lfilter([A.sum()], A, np.ones(200)) >= 1 - np.exp(-1)) + 7
-    for seed in range(5):
+    for seed in seeds:
         u = inputs(seed)
         found = effect(20 + clean(u) + noise(100 + seed, colour, 0.3 if len(colour) < 3 else 0.05), u)
         is_timed = found.step is None or abs(found.step.time - done) < 1.0  # None: not told
         held += is_timed and found.std < 0.5 and abs(found.gain - 3.0) < 1.5 * 1.96 * found.std
         assert found.bend is None
-    assert held >= 4
+    assert held >= 0.8 * len(seeds)
 
 
 def test_one_output_in_eight_is_enough():
@@ -102,10 +104,11 @@ def test_a_season_is_no_jump_and_hides_no_gain():
 
 
 @pytest.mark.parametrize("periods", [2.0, 5.3, 20.6])
-def test_a_season_is_a_line_and_no_pair_of_poles_of_the_plant(periods):
+@draws("seeds", range(1), range(4))
+def test_a_season_is_a_line_and_no_pair_of_poles_of_the_plant(periods, seeds):
     """However few periods there are: its frequency is found beside the answer, and the gain is that of the plant."""
     held = 0
-    for seed in range(4):
+    for seed in seeds:
         u, t = inputs(seed), np.arange(T)
         season = 2.0 * np.sin(2 * np.pi * periods * t / T + seed)
         found = hindsight(20 + clean(u) + season + noise(100 + seed, (1.0,), 0.3), u)
@@ -113,7 +116,7 @@ def test_a_season_is_a_line_and_no_pair_of_poles_of_the_plant(periods):
         assert np.all(abs(np.roots(now.denominator)) < 1 - 8 / T)
         is_line = len(now.columns) == 4 and not now.levels and not now.gains
         held += is_line and abs(e.gain - 3.0) < 1.5 * 1.96 * e.std and e.std < 0.3
-    assert held >= 3
+    assert held >= 0.75 * len(seeds)
 
 
 def test_lines_are_looked_for_in_any_unit():

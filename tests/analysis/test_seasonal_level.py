@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from draws import slow
 from driftwise_studies.score.claims.seasonal_steps import STEADY, STEP, YEAR, counts
 from driftwise_studies.score.seasonal_worlds import WORLDS
 
@@ -10,7 +11,7 @@ from driftwise.analysis.seasonal_level import waves
 from driftwise.analysis.segmentation import LEVEL, hindsight
 
 
-@pytest.mark.parametrize("number", [4, 13])
+@pytest.mark.parametrize("number", [4, slow(13)])
 def test_a_step_beside_a_season_is_told_where_the_clock_says_the_season(number):
     """The colour of the noise had taken the season, and a step of the counts with it."""
     y, u, at = counts(1, number, STEP)
@@ -19,7 +20,7 @@ def test_a_step_beside_a_season_is_told_where_the_clock_says_the_season(number):
     assert told.kind == LEVEL and told.at == at and told.after < 0
 
 
-@pytest.mark.parametrize("number", [0, 12, 29])
+@pytest.mark.parametrize("number", [0, slow(12), slow(29)])
 def test_a_step_is_no_late_answer_of_an_input_that_walks(number):
     """A walk that is waited for long enough falls where the output does; an input that acts at once needs no pole."""
     y, u, at = counts(7, number, STEP)

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from draws import draws, slow
 from driftwise_studies.score.claims.lags import changing, plain
 from driftwise_studies.score.claims.simulation import record
 from slopes import check_slopes
@@ -38,21 +39,23 @@ def told(y, u):
 
 
 @pytest.mark.parametrize("factor", [1.3, 0.7, 2.5])
-def test_a_lag_that_jumps_is_a_speed_and_no_gain(factor):
-    for seed in range(3):
+@draws("seeds", range(1), range(3))
+def test_a_lag_that_jumps_is_a_speed_and_no_gain(factor, seeds):
+    for seed in seeds:
         (jump,) = told(*lagging(seed, factor=factor))
         assert jump.kind == SPEED and jump.rival is None
         assert jump.interval[0] - 3 <= 400 <= jump.interval[1] + 3
         assert jump.after == pytest.approx(factor, rel=0.12)
 
 
-def test_a_gain_that_jumps_stays_one_and_both_are_both():
-    for seed in range(3):
+@draws("seeds", range(1), range(3))
+def test_a_gain_that_jumps_stays_one_and_both_are_both(seeds):
+    for seed in seeds:
         assert {jump.kind for jump in told(*lagging(seed, factor=1.0, gain=1.5))} == {GAIN}
         assert {jump.kind for jump in told(*lagging(seed, factor=0.6, gain=1.5))} == {GAIN, SPEED}
 
 
-@pytest.mark.parametrize("number", [32, 43])
+@pytest.mark.parametrize("number", [32, slow(43)])
 def test_pairs_beside_a_pole_that_becomes_faster_are_found_beside_it(number):
     y, u, at, factor, _ = changing(41, number, "lag")  # one pole has most of it, before the change is known
     seen = hindsight(y, u)
@@ -70,9 +73,10 @@ def test_all_but_the_poles_of_a_plant_that_became_faster_follows_by_least_square
     np.testing.assert_allclose(found.left, again.left, atol=1e-6)
 
 
-def test_nothing_becomes_faster_where_nothing_changes_or_a_static_curve_bends():
+@draws("numbers", range(1), range(2))
+def test_nothing_becomes_faster_where_nothing_changes_or_a_static_curve_bends(numbers):
     kinds = "steady", "square", "saturation"
-    assert not [jump for kind in kinds for k in range(2) for jump in told(*changing(2, k, kind)[:2])]
+    assert not [jump for kind in kinds for k in numbers for jump in told(*changing(2, k, kind)[:2])]
 
 
 def test_times_before_and_after_are_told_with_intervals_that_hold_them():

@@ -6,6 +6,7 @@ import json
 
 import numpy as np
 import pytest
+from draws import draws
 from driftwise_studies.score.claims.common_dates import rig
 
 import driftwise as dw
@@ -28,8 +29,9 @@ def test_a_fault_that_moves_several_columns_by_little_is_told():
     assert len(found.moves) >= 4
 
 
-def test_steady_rigs_have_none():
-    assert not any(together(named(rig(11, number, False).columns)) for number in range(6))
+@draws("numbers", range(2), range(6))
+def test_steady_rigs_have_none(numbers):
+    assert not any(together(named(rig(11, number, False).columns)) for number in numbers)
 
 
 def test_something_slow_that_all_follow_is_no_change():

@@ -4,11 +4,12 @@ import re
 
 import numpy as np
 import pytest
+from draws import slow
 
 import driftwise as dw
 
 
-@pytest.mark.parametrize("gap", [69, 469, 3000])
+@pytest.mark.parametrize("gap", [69, slow(469), 3000])
 def test_no_count_is_of_fewer(tmp_path, call, gap):
     y, u = dw.simulate([-0.8], [1.0], samples=400, noise_std=0.1, seed=1)
     y[::9] = np.nan

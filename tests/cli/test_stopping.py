@@ -8,6 +8,7 @@ import time
 
 import numpy as np
 import pytest
+from draws import slow
 
 import driftwise as dw
 from driftwise.cli import saving
@@ -38,7 +39,7 @@ def table(tmp_path_factory):
 
 
 @pytest.mark.parametrize("number", CODES)
-@pytest.mark.parametrize("after", [0.02, 0.04, 0.07, 0.12, 0.2, 0.3, 0.45, 0.6, 1.0, 1.6])
+@pytest.mark.parametrize("after", [0.02, 0.07, 0.2, 0.45, 1.0, *map(slow, (0.04, 0.12, 0.3, 0.6, 1.6))])
 def test_a_run_ends_in_one_line(table, tmp_path, number, after):
     code, complaint = stop(number, after, "run", table, "-o", "y", "-i", "u", "--chunk", 2000,
                            "--json", tmp_path / "r.json", "--save", tmp_path / "t.csv")  # fmt: skip
@@ -57,7 +58,7 @@ def test_a_run_ends_in_one_line(table, tmp_path, number, after):
         assert left in ([], ["t.csv"], ["r.json", "t.csv"])
 
 
-@pytest.mark.parametrize("number", CODES)
+@pytest.mark.parametrize("number", [signal.SIGTERM, slow(signal.SIGINT)])
 def test_a_fleet_says_how_to_go_on(table, tmp_path, number):
     words = "fleet", "run", table, "--by", "k", "-o", "y", "-i", "u", "--out", tmp_path / "out", "--batch", 2000
     for after in (1.2, 1.8, 2.5, 3.5, 5.0):

@@ -91,7 +91,9 @@ def test_there_is_one_way_to_the_terminal():
         if path.relative_to(PACKAGE).as_posix() in ("report/printed.py", "export/board.py", "cli/stock.py"):
             continue
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            name = ast.unparse(node.func) if isinstance(node, ast.Call) else ""
+            if not isinstance(node, ast.Call) or not isinstance(node.func, ast.Name | ast.Attribute):
+                continue
+            name = ast.unparse(node.func)
             if name in ("print", "typer.echo", "typer.secho", "Console", "sys.stderr.write"):
                 found.append(f"{path}:{node.lineno}")
             if (

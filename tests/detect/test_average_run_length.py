@@ -6,6 +6,7 @@ from pathlib import Path
 import mpmath as mp
 import numpy as np
 import pytest
+from draws import slow
 from scipy.stats import norm
 from scipy.stats import t as student
 
@@ -118,6 +119,7 @@ def test_steady_delay_is_the_mean_over_where_the_detector_stands(after, before, 
     assert rl.brownian_delay(after, before, h) == pytest.approx(expected, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_brownian_motion_of_small_steps():
     """18.05 at drift 0.3, threshold 3: mean run lengths of steps dt approach it like sqrt(dt)."""
 
@@ -178,7 +180,7 @@ def test_two_states_by_hand():
     assert rl._times(A, np.array([0.0, 0.5])).tolist() == [6.0, 4.0]
 
 
-@pytest.mark.parametrize("k, h, G", [(0.5, 4, 1.0), (0.15, 15, 1.01), (0.07, 20, 1.01)])
+@pytest.mark.parametrize("k, h, G", [(0.5, 4, 1.0), slow(0.15, 15, 1.01), (0.07, 20, 1.01)])
 def test_gaussian_run_length_against_simulation(k, h, G):
     simulated = rl.simulate_run_length(gaussian(G), k, [h], runs=40_000, seed=11)[0]
     assert rl.run_length(h, k, G) == pytest.approx(simulated, rel=0.02)  # four standard errors
@@ -354,6 +356,7 @@ def test_lag_one_product_by_two_points():
     assert rl.brownian_run_length(0.15, 25 + G * rl.OVERSHOOT, G) == pytest.approx(1.62 * 30768, rel=0.01)
 
 
+@pytest.mark.slow
 def test_lag_one_product_at_the_high_threshold():
     G = 1 / 0.99
     T = rl.simulate_run_length(rl.lagged_products, 0.15 / G, [25 / G], runs=1000, seed=21)[0]

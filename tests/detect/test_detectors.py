@@ -5,6 +5,7 @@ from functools import cache
 import numpy as np
 import pytest
 from alarms_counted import run_length
+from draws import slow
 
 import driftwise as dw
 from driftwise.engine import compile
@@ -23,7 +24,7 @@ DETECTORS = {
 # --- the others ------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("sides, ratio", [("up", 4.0), ("down", 4.0), ("both", 2.0)])
+@pytest.mark.parametrize("sides, ratio", [slow("up", 4.0), slow("down", 4.0), ("both", 2.0)])
 def test_variance_change_keeps_its_promise(sides, ratio):
     detector = dw.detect.VarianceCUSUM(ratio, "1 per 500", sides=sides)
     assert np.isclose(detector.run_length, 500, rtol=1e-6)

@@ -15,6 +15,7 @@ import subprocess
 import mpmath as mp
 import numpy as np
 import pytest
+from draws import draws
 from scipy import special
 
 from driftwise.engine import elementary, jit
@@ -118,9 +119,10 @@ def worst(name, count, seed):
     return found
 
 
+@draws("count", 2_000, 12_000)
 @pytest.mark.parametrize("name", PROMISED)
-def test_error_is_as_promised(name):
-    found, where = worst(name, 12_000, 1)
+def test_error_is_as_promised(name, count):
+    found, where = worst(name, count, 1)
     assert found < PROMISED[name], where
 
 

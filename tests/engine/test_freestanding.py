@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 import tiny_loop
+from draws import draws
 
 from driftwise.engine import compile
 from driftwise.engine.compilers import MEMORY, compilers, tcc
@@ -17,16 +18,16 @@ CODE = """
 import driftwise as dw
 from driftwise.engine import objects
 y, u = dw.simulate([-1.5, 0.7], [1.0, 0.5], samples=100, noise_std=0.3, seed=1)
-table = dw.ARX(2, 2, memory=dw.AutoMemory()).scan(y, u).table, dw.ARMAX(1, 1, 1).scan(y, u).table
+table = dw.ARX(2, 2, memory=dw.MEMORY()).scan(y, u).table, dw.ARMAX(1, 1, 1).scan(y, u).table
 print(*(one[-1, 0].hex() for one in table))
 print(*(entry.path.name.split(".")[1] for entry in objects.loaded.values()))
 """
 
 
-def run(cache, compiler: str, before: tuple[str, ...] = ()) -> list[str]:
+def run(cache, compiler: str, before: tuple[str, ...] = (), memory: str = "AutoMemory") -> list[str]:
     """Return what the code above says, in a process of its own."""
     env = {**os.environ, "DRIFTWISE_CC": compiler, "DRIFTWISE_CACHE": str(cache), "DRIFTWISE_ENGINE": "c"}
-    line = [*before, sys.executable, "-W", "error", "-c", CODE]
+    line = [*before, sys.executable, "-W", "error", "-c", CODE.replace("MEMORY", memory)]
     done = subprocess.run(line, env=env, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return done.stdout.splitlines()
@@ -37,9 +38,10 @@ def said(*line: str) -> str:
 
 
 @pytest.mark.skipif(not shutil.which("readelf"), reason="readelf is not installed: OBJECTS WERE NOT LOOKED INTO")
+@draws("memory", "RestartOnChange", "AutoMemory")
 @pytest.mark.parametrize("name", [" ".join(c.command) if not c.is_quick else "tcc" for c in compilers()])
-def test_objects_ask_for_no_library_and_no_function(tmp_path, name):
-    run(tmp_path, name)
+def test_objects_ask_for_no_library_and_no_function(tmp_path, name, memory):
+    run(tmp_path, name, memory=memory)
     for path in tmp_path.iterdir():
         dynamic = subprocess.run(
             ["readelf", "-W", "--dynamic", path], capture_output=True, text=True, check=True

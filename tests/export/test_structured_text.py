@@ -114,6 +114,7 @@ def test_the_test_that_goes_with_it(title, tmp_path):
     assert max(map(len, text.splitlines())) <= 140
 
 
+@pytest.mark.slow
 def test_another_parser_takes_it():
     """The grammar of blark, which is TwinCAT's; it takes its time."""
     blark = pytest.importorskip("blark.parse")

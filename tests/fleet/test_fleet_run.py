@@ -99,7 +99,7 @@ class Dead(BaseException):
 
 @pytest.mark.parametrize("step", ["fsync", "replace", "unlink", "rename", "rmdir"])
 def test_a_run_that_dies_at_any_step_is_gone_on_with_bit_for_bit(path, tmp_path, monkeypatch, step):
-    run(path, tmp_path / "alone")
+    run(path, tmp_path / "alone", batch=500)
     gc.collect()  # a temporary folder that another test left would unlink, and swallow, the first death
     expected, real, out = contents(tmp_path / "alone"), getattr(os, step), tmp_path / "out"
     for deaths in range(100):  # each attempt dies one step later than the one before
@@ -115,7 +115,7 @@ def test_a_run_that_dies_at_any_step_is_gone_on_with_bit_for_bit(path, tmp_path,
 
         monkeypatch.setattr(os, step, dies)
         try:
-            run(path, out, resume=True)
+            run(path, out, batch=500, resume=True)
         except Dead:
             continue
         finally:
@@ -127,7 +127,7 @@ def test_a_run_that_dies_at_any_step_is_gone_on_with_bit_for_bit(path, tmp_path,
 
 @pytest.mark.parametrize("kills", [3, pytest.param(50, marks=pytest.mark.slow)])
 def test_killed_runs_leave_the_same_files(kills, tmp_path):
-    rows = 20_000 if kills == 3 else 100_000
+    rows = 6000 if kills == 3 else 100_000
     command = [sys.executable, SCRIPT, "--kills", str(kills), "--rows", str(rows), "--series", "50"]
     done = subprocess.run(command, env=os.environ | {"TMPDIR": str(tmp_path)}, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr

@@ -11,7 +11,7 @@ import pytest
 from hostile.trial import ENTRIES, WORDS, Outcome, faults
 
 REPOSITORY = Path(__file__).parents[2]
-PART = ["--files", "5", "--troubles", "3", "--disks", "1", "--caches", "0", "--requests", "60", "--tracks", "20"]
+PART = ["--files", "2", "--troubles", "2", "--disks", "1", "--caches", "0", "--requests", "40", "--tracks", "10"]
 MORE = [
     "--files",
     "150",

@@ -8,7 +8,7 @@ import time
 from live_plant import configuration, found, lines, opened, outputs, states
 from live_process import asked, ended, started
 
-SAMPLES, SERIES, KILLS = 400, 12, 5
+SAMPLES, SERIES, KILLS = 240, 12, 3
 
 
 def test_a_file_that_grows_is_followed_through_kills(tmp_path):

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from draws import slow
 from driftwise_studies.papers.abid.systems import arx, system
 from driftwise_studies.score import worlds
 from driftwise_studies.score.worlds.simulation import records
@@ -198,7 +199,7 @@ def test_one_wrong_number_does_no_harm_however_wrong(size):
     np.testing.assert_allclose(np.median(r.sigma2), SIGMA2, rtol=0.1)
 
 
-@pytest.mark.parametrize("missing", ["predict", "skip"])
+@pytest.mark.parametrize("missing", ["predict", slow("skip")])
 def test_gaps(missing):
     """A tenth of the outputs is missing, each of them a regressor twice: little is lost, and bars say how much."""
     s, whole = system("missing", 300), system("missing", 300, share=0.0)

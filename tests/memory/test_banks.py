@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from draws import slow
 from driftwise_studies.papers.abid.systems import system
 from oracle import auto, banks, golden
 from scipy import stats
@@ -60,8 +61,10 @@ def compare(est, y, psi, run, plain=False):
     return status, statistic
 
 
-@pytest.mark.parametrize("told", [None, TOLD], ids=["noise learnt", "noise known"])
-@pytest.mark.parametrize("expect", ["both", "jumps", "outliers"])
+@pytest.mark.parametrize(
+    "expect, told",
+    [("both", None), ("both", TOLD), ("jumps", None), ("outliers", None), slow("jumps", TOLD), slow("outliers", TOLD)],
+)
 def test_auto_is_its_plain_twin(expect, told):
     kinds = set()
     # where every sample counts one 700 deviations off leaves the weights to differences of numbers 1e5 times as large

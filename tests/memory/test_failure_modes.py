@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from draws import draws
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -150,11 +151,12 @@ RESTED = {
 }
 
 
+@draws("records", 15, 50)
 @pytest.mark.parametrize("memory, worst, inside, after", RESTED.values(), ids=RESTED)
-def test_a_long_rest(memory, worst, inside, after):
+def test_a_long_rest(memory, worst, inside, after, records):
     """Trace P of plain forgetting reaches 4e24 here, its errors 40; the bounds are what was measured, and a little."""
     est, errors, nis = dw.ARX(1, 1, memory=memory, P0=100.0), [], []
-    for seed in range(15 if isinstance(memory, dw.memory.BayesianChangePoint) else 50):
+    for seed in range(15 if isinstance(memory, dw.memory.BayesianChangePoint) else records):
         trace = est.scan(*rest(seed))
         assert is_finite(trace.state)
         errors.append(np.max(np.abs(trace.parameters - [-0.8, 1.0])[4000:4050]))

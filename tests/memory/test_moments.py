@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from draws import slow
 from oracle import auto
 
 import driftwise as dw
@@ -27,7 +28,7 @@ def jumps_of(psi, y):
     return np.flatnonzero(trace.status & JUMP), trace
 
 
-@pytest.mark.parametrize("seed", [1, 2, 5, 10])
+@pytest.mark.parametrize("seed", [1, 2, slow(5), slow(10)])
 def test_a_jump_told_by_its_moments_is_that_of_the_plain_twin(seed):
     """In these records no trial tells it."""
     psi, y, _ = drawn(seed, (0.9, 1.2, 1.5)[seed % 3])
@@ -73,7 +74,7 @@ def test_the_evidence_of_a_walk_is_that_of_its_covariance(count):
         assert math.isclose(math.log(ratio_of_walk(memory, moments, own, i)), expected, rel_tol=1e-9)
 
 
-@pytest.mark.parametrize(("seed", "louder"), [(158, 4.0), (485, 4.0), (881, 4.0), (343, 5.0), (485, 5.0)])
+@pytest.mark.parametrize(("seed", "louder"), [(158, 4.0), slow(485, 4.0), slow(881, 4.0), slow(343, 5.0), (485, 5.0)])
 def test_louder_noise_is_not_followed_for_long_as_a_jump_of_one_parameter(seed, louder):
     """Told by its moments, where a trial knows better; or taken back by the trial, which goes on beside it."""
     rng, T, theta = np.random.default_rng([seed, 4]), 460, np.array([1.0, -2.0, 0.5, 1.5])

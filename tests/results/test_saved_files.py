@@ -6,6 +6,7 @@ import zipfile
 
 import numpy as np
 import pytest
+from draws import draws
 
 import driftwise as dw
 from driftwise.tracking.plots import plots
@@ -56,8 +57,9 @@ def refused(load, path, content: bytes) -> str:
     return said
 
 
+@draws("count", 50, 150)
 @pytest.mark.parametrize("name", FILES)
-def test_a_damaged_file_is_refused_by_name(name, tmp_path):
+def test_a_damaged_file_is_refused_by_name(name, count, tmp_path):
     write, load = FILES[name]
     path, rng = tmp_path / name, np.random.default_rng(5)
     write(path)
@@ -65,7 +67,7 @@ def test_a_damaged_file_is_refused_by_name(name, tmp_path):
     whole = path.read_bytes()
     for content in (b"", b"{}", b"[]", b"null", b"\0" * 999, b"PK\x03\x04", b"[" * 100_000, whole[: len(whole) // 2]):
         assert refused(load, path, content)
-    for _ in range(150):
+    for _ in range(count):
         content = bytearray(whole)
         for at in rng.integers(0, len(whole), rng.integers(1, 4)):
             content[at] = rng.integers(256)

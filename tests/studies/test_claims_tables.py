@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from draws import draws
 from driftwise_studies.score.claims.columns import drawn, judged
 from driftwise_studies.score.claims.table_stamps import WAYS, fitting
 from driftwise_studies.score.claims.tables import KINDS, write_table
@@ -44,10 +45,11 @@ def test_a_step_that_is_asked_for_is_written():
     assert "iso days" not in fitting(0.1) and "iso T Z" in fitting(0.1) and "months" not in fitting(3600.0)
 
 
-def test_recognition_of_knowable_tables(tmp_path):
+@draws("tables", 20, 60)
+def test_recognition_of_knowable_tables(tables, tmp_path):
     """95 in a hundred, by the names and units of the vocabulary; what names do not say is seldom taken for certain."""
     right = {True: [], False: []}
-    for i in range(60):
+    for i in range(tables):
         rng = np.random.default_rng((77, i))
         y, u = drawn(rng)
         truth = write_table(tmp_path / f"{i}.csv", y, u, rng)

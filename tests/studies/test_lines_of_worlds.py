@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from draws import slow
 from driftwise_studies.score.worlds import ceiling, draw, lines
 from driftwise_studies.score.worlds.simulation import records, regressors
 from driftwise_studies.score.worlds.system import changed
@@ -15,7 +16,7 @@ def found(system, seed=3, samples=700):
     return ceiling.of_record(*given), lines.of_record(*given)
 
 
-@pytest.mark.parametrize("number", [9, 2])
+@pytest.mark.parametrize("number", [slow(9), 2])
 def test_who_is_told_q_finds_what_the_ceiling_finds(number):
     there, (told, held) = found(changed(draw(0, number), rest=(0, False)))
     for j, (_, all_but_when, statistics) in enumerate(there):

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 import scipy.stats
+from draws import draws
 from driftwise_studies.score.motions import crowd, draw, drawing, patches, resampled, simulate, wild_starts
 from driftwise_studies.score.motions.errors import cell, scales
 from driftwise_studies.score.motions.exact import Found, exact, filtered, report
@@ -232,14 +233,15 @@ def test_who_knows_less_of_motions_foresees_less():
     assert knows > forgets - 0.02 and forgets > strange + 0.02
 
 
-def test_who_knows_how_plots_err_knows_where_they_lie():
+@draws("seeds", range(2), range(4))
+def test_who_knows_how_plots_err_knows_where_they_lie(seeds):
     """Rests, wild plots, heavy tails, a lattice and a second sensor, all at once: forecasts are calibrated."""
     troubles, sensors = (
         ("rests", "wild", "heavy"),
         (Sensor("A", 4.0, 20.0), Sensor("B", 5.3137, 30.0, 1.07, (25.0, 9.0), 0.4)),
     )
     scores = []
-    for seed in range(4):
+    for seed in seeds:
         drawn = scene(
             "helicopter", troubles, plots=60, sensors=sensors, wild=0.05, heavy=True, lattice=30.0, precise=(10, 0.1)
         )._replace(seed=(seed, 3))

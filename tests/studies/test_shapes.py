@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from draws import slow
 from driftwise_studies.score.claims.shapes import KINDS, crossing, is_true, main, shaped
 
 from driftwise.analysis.identify import identify
@@ -15,7 +16,7 @@ def test_what_is_drawn_has_an_end_or_none(kind):
     assert not data.has_end or data.step[int(crossing(data.step)) + 1] / data.step[-1] >= 0.63
 
 
-@pytest.mark.parametrize("number", [0, 1, 7])
+@pytest.mark.parametrize("number", [0, slow(1), slow(7)])
 def test_plants_that_ring_are_told_by_as_many_modes_as_it_takes(number):
     """With three poles at most their gains were told wrong, by up to thirty of their bars."""
     data = shaped(0, number, "rings")

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from draws import draws
 
 from driftwise.engine.errors import InputError
 from driftwise.tracking.formats.logs import checksum
@@ -260,12 +261,13 @@ def damaged(rng, data):
     return bytes(data)
 
 
-def test_damaged_files_give_plots_and_faults_or_a_clear_refusal(tmp_path):
-    """600 inputs from one seed: nothing but `InputError`, and what is read is finite and in order."""
+@draws("count", 150, 600)
+def test_damaged_files_give_plots_and_faults_or_a_clear_refusal(count, tmp_path):
+    """Inputs from one seed: nothing but `InputError`, and what is read is finite and in order."""
     pytest.importorskip("rs1090")
     rng, read, refused = random.Random(8), 0, []
     good = [text.encode() for text in samples()]
-    for number in range(600):
+    for number in range(count):
         data = rng.randbytes(rng.randrange(1, 300)) if number % 20 == 0 else damaged(rng, good[number % len(good)])
         path = written(tmp_path, "fuzzed", data)
         try:
@@ -276,7 +278,7 @@ def test_damaged_files_give_plots_and_faults_or_a_clear_refusal(tmp_path):
             read += 1
             assert np.isfinite(plots.position).all() and (np.diff(plots.time) >= 0).all()
             assert all(fault.source in (str(path), "plots") and fault.what for fault in plots.faults)
-    assert read > 200 and len(refused) > 100 and all(text.startswith(str(path)) for text in refused)
+    assert read > count / 3 and len(refused) > count / 6 and all(text.startswith(str(path)) for text in refused)
 
 
 def test_a_receiver_among_many_instruments_of_a_boat(tmp_path):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from draws import draws
 from in_c import HERE, alike, loaded, translated
 from random_kernels import NAMES, SCOPE, kernels
 
@@ -43,10 +44,11 @@ def differences(seeds, folder, compiler, flags=()) -> tuple[list[str], int]:
 
 
 @pytest.mark.parametrize("compiler", HERE[:1])
-def test_a_few_random_kernels(compiler, tmp_path):
-    wrong, compared = differences(range(100), tmp_path, compiler, ["-O0"])
+@draws("seeds", range(30), range(100))
+def test_a_few_random_kernels(compiler, seeds, tmp_path):
+    wrong, compared = differences(seeds, tmp_path, compiler, ["-O0"])
     assert not wrong, f"{len(wrong)}: {min(wrong, key=len)}"
-    assert compared > 200
+    assert compared > 2 * len(seeds)
 
 
 @pytest.mark.slow

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from draws import slow
 from driftwise_studies.papers.tian import identification, second_order, starts
 from paper_motor import GOLDEN
 from scipy.integrate import solve_ivp
@@ -311,8 +312,8 @@ def test_the_started_state_is_that_of_least_squares(missing):
 @pytest.mark.parametrize(
     "kind, noise",
     [
-        ("oe", dw.models.OutputError(0.0025)),
-        ("eq", dw.models.EquationError(0.0025)),
+        slow("oe", dw.models.OutputError(0.0025)),
+        slow("eq", dw.models.EquationError(0.0025)),
         ("d", dw.models.NoisePolynomial((0.3, -0.5), 0.0025)),
     ],
 )

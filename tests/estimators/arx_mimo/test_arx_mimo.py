@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from draws import slow
 
 import driftwise as dw
 from driftwise.analysis.laws import LAWS, example, same
@@ -188,7 +189,7 @@ TRUTH = [-1.2, 0.5, -0.1, 1.0, 0.5, 0.2, -0.8, 0.3, 0.0]  # (2, 1), one input, n
 ORDERS = dict(na=[[2, 2], [1, 1]], nb=[2, 1])
 
 
-@pytest.mark.parametrize("missing, low, high", [(0.0, 0.97, 1.03), (0.3, 0.93, 1.07)])
+@pytest.mark.parametrize("missing, low, high", [slow(0.0, 0.97, 1.03), (0.3, 0.93, 1.07)])
 def test_error_bars_of_predictions_hold(missing, low, high):
     """NIS after 300 samples, 40 records of 1500: its standard error is about .008 for each output."""
     found = []
@@ -203,6 +204,7 @@ def test_error_bars_of_predictions_hold(missing, low, high):
     assert np.all((low < nis) & (nis < high))
 
 
+@pytest.mark.slow
 def test_error_bars_of_parameters_hold():
     """Mean squared error over covariance of nine parameters, 200 complete records: 1 with standard error .033."""
     found = []

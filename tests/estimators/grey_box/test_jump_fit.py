@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from draws import slow
 
 import driftwise as dw
 from driftwise.analysis.laws import same
@@ -40,7 +41,7 @@ def record(name, at=300, seed=1):
     return np.array(y)
 
 
-@pytest.mark.parametrize("name", ["R0", "R1", "C1"])
+@pytest.mark.parametrize("name", ["R0", slow("R1"), slow("C1")])
 def test_a_jump_of_one_parameter_is_named_and_dated_and_the_others_stay(name):
     est = dw.GreyBox(CELL, jumps="fit")
     trace = est.scan(record(name), U)

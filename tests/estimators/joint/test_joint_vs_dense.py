@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from draws import draws
 from hypothesis import given, settings
 from hypothesis import strategies as some
 from oracle import dense
@@ -115,12 +116,15 @@ def assert_follows_the_oracle(problem, form):
     assert abs(est.loglik(state) - expected.loglik) <= TOLERANCE * (1 + abs(expected.loglik))
 
 
-@settings(max_examples=80, deadline=None, derandomize=True)
-@given(problems())
-def test_every_option_together(drawn):
+def every_option_together(drawn):
     problem, kind = drawn
     for form in ["array", None] if kind == "full covariances" else ["array", "ud"]:
         assert_follows_the_oracle(problem, form)
+
+
+@draws("examples", 25, 80)
+def test_every_option_together(examples):
+    settings(max_examples=examples, deadline=None, derandomize=True)(given(problems())(every_option_together))()
 
 
 @pytest.mark.parametrize("form", ["ud", "array"])

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from draws import slow
 from oracle.by_name import by_name
 
 import driftwise as dw
@@ -35,9 +36,16 @@ def nees(noise, assumed, missing=0.0, split=None, only=slice(None)):
     return np.mean(found)
 
 
-@pytest.mark.parametrize("missing, low, high", [(0.0, 0.9, 1.1), (0.3, 0.8, 1.3)])
 @pytest.mark.parametrize(
-    "noise, split", [(APART, None), (APART, False), (LINKED, None)], ids=["split", "coupled", "linked"]
+    "noise, split, missing, low, high",
+    [
+        pytest.param(APART, None, 0.0, 0.9, 1.1, id="split"),
+        pytest.param(LINKED, None, 0.3, 0.8, 1.3, id="linked, lost"),
+        slow(APART, None, 0.3, 0.8, 1.3, id="split, lost"),
+        slow(APART, False, 0.0, 0.9, 1.1, id="coupled"),
+        slow(APART, False, 0.3, 0.8, 1.3, id="coupled, lost"),
+        slow(LINKED, None, 0.0, 0.9, 1.1, id="linked"),
+    ],
 )
 def test_error_bars_are_honest(noise, split, missing, low, high):
     """Complete: exact, so 1 with a standard error of sqrt(2 / 9 / 200) = .033; 30 % of each output lost: moments."""
@@ -46,6 +54,7 @@ def test_error_bars_are_honest(noise, split, missing, low, high):
     assert low < value < high
 
 
+@pytest.mark.slow
 def test_splitting_linked_noise_is_wrong():
     """Where w_n1 and w_n2 are correlated, y_1(t) is no innocent regressor of y_2(t): split, a0.21 is biased."""
     a0 = slice(8, 9)
@@ -55,7 +64,7 @@ def test_splitting_linked_noise_is_wrong():
     assert wrong > 10
 
 
-@pytest.mark.parametrize("lost_y", [0.0, 0.2])
+@pytest.mark.parametrize("lost_y", [slow(0.0), 0.2])
 def test_lost_inputs_with_a_direct_term(lost_y):
     """The case where one output is not `Joint`: the error of a held input stays an unknown that y(t) tells about.
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import scipy.signal
 import scipy.stats
+from draws import slow
 
 import driftwise as dw
 from driftwise.models.convert_mimo import ModelMIMO
@@ -172,7 +173,8 @@ def test_plot_shows_every_output_and_parameter(nu, keep, tmp_path):
         np.testing.assert_array_equal([line.get_ydata()[-1] for line in shown], trace.parameters[-1])
         looks = [(line.get_color(), line.get_linestyle()) for line in axes[0, 2].lines]
         assert len(set(looks)) == len(looks)  # sixteen can be told apart
-    axes[0, 0].figure.savefig(tmp_path / "picture.png")
+    if keep == "means":  # the most of them
+        axes[0, 0].figure.savefig(tmp_path / "picture.png", dpi=40)
     plt.close("all")
 
 
@@ -260,7 +262,9 @@ def test_zeros_by_hand():
 # --- which structure ---------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("nu, k", [((2, 1), 1), ((1, 2), 1), ((2, 2), 2), ((1, 1), 1), ((3, 2), 1), ((2, 1, 1), 1)])
+@pytest.mark.parametrize(
+    "nu, k", [((2, 1), 1), slow((1, 2), 1), ((2, 2), 2), slow((1, 1), 1), ((3, 2), 1), slow((2, 1, 1), 1)]
+)
 def test_the_true_structure_is_found_at_every_noise_level(nu, k):
     rng = np.random.default_rng(0)
     for seed, noise in enumerate((0.3, 0.01, 1e-6)):
