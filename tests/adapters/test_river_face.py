@@ -5,6 +5,7 @@ import pickle
 
 import numpy as np
 import pytest
+from draws import slow
 
 import driftwise as dw
 
@@ -14,8 +15,16 @@ from river import checks
 
 from driftwise.adapters.river import DriftRegressor
 
+LONG = "check_bounded_memory_growth"  # of many samples, one by one
 
-@pytest.mark.parametrize("check", list(checks.yield_checks(DriftRegressor())), ids=lambda check: check.__name__)
+
+def tried(check):
+    """Return one of river's checks as a parameter."""
+    make = slow if check.__name__ == LONG else pytest.param
+    return make(check, id=check.__name__)
+
+
+@pytest.mark.parametrize("check", [*map(tried, checks.yield_checks(DriftRegressor()))])
 def test_river_checks(check):
     check(DriftRegressor())
 

@@ -113,6 +113,7 @@ def test_everybody_does_what_is_listed():
     assert [row[0] for row in found.tables[0].rows][:2] == [listed.WINDOW4, "mine"]
 
 
+@pytest.mark.slow
 def test_model_errors():
     told = []
 

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from draws import slow
 
 import driftwise as dw
 from driftwise.engine import ud
@@ -46,7 +47,7 @@ def seen(family, memory, number, jump):
     return trace, np.abs(trace.parameters[:, at] - R0) / trace.parameters_std[:, at]
 
 
-@pytest.mark.parametrize("memory", [dw.AutoMemory(), dw.memory.IMM(), dw.memory.MultipleModel()], ids=name_of)
+@pytest.mark.parametrize("memory", [dw.AutoMemory(), dw.memory.IMM(), slow(dw.memory.MultipleModel())], ids=name_of)
 @pytest.mark.parametrize("family", FAMILIES)
 def test_no_predictor_leaves_the_circle(family, memory):
     """Filters of a bank used to keep the step that the projection took back, and the predictor ran away with them."""
