@@ -75,9 +75,9 @@ def test_report_is_self_contained_and_complete(trace, tmp_path):
 
 
 def test_report_of_a_long_trace_is_not_longer(tmp_path):
-    y, u = dw.simulate([-0.9], [1.0], samples=20_000, noise_std=0.5, seed=1)
+    y, u = dw.simulate([-0.9], [1.0], samples=60_000, noise_std=0.5, seed=1)
     est = dw.Joint(1, inputs=1).scaled_to(y, u)
-    small = write(est.scan(y[:10_000], u[:10_000]), tmp_path / "a.html").stat().st_size
+    small = write(est.scan(y[:30_000], u[:30_000]), tmp_path / "a.html").stat().st_size
     large = write(est.scan(y, u), tmp_path / "b.html").stat().st_size
     assert large < small + 100_000
 
