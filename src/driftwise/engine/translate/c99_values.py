@@ -197,6 +197,10 @@ class ValuePrinter:
             return f"({self.type(kind)}){self.value(args[0], PREFIX)}", PREFIX
         if op in ("|", "&", "^", "<<", ">>"):
             return f"({self.value(args[0], ATOM)} {op} {self.value(args[1], ATOM)})", ATOM
+        if op in ("//", "%") and kind == INT and is_power_of_two(args[1]):  # of negative numbers, too
+            by = args[1].value
+            sign, number = (">>", by.bit_length() - 1) if op == "//" else ("&", by - 1)
+            return f"({self.value(args[0], ATOM)} {sign} {number})", ATOM
         name = prelude.OPERATIONS[op]
         if isinstance(name, dict):
             name = name.get(args[0].type, name[INT])
@@ -206,6 +210,11 @@ class ValuePrinter:
             name += "m"
         name = name.format(pair=self.type(kind) if isinstance(kind, Several) else "")
         return f"{self.need(name)}({', '.join([self.value(a) for a in args] + ['odd'] * (op in DISAGREE))})", ATOM
+
+
+def is_power_of_two(value) -> bool:
+    """Whether a value is a number by which a whole one is divided by leaving digits away."""
+    return isinstance(value, Constant) and isinstance(value.value, int) and value.value.bit_count() == 1 < value.value
 
 
 def local(name: str) -> str:
