@@ -67,14 +67,17 @@ def square_residuals(rows, x):
 
 @kernel
 def smallest(rows, many):
-    """Return the largest of the ``many`` smallest squared residuals."""
-    found = math.inf
+    """Return the largest of the ``many`` smallest squared residuals; only what may still be it is counted."""
+    smaller, found = -1.0, math.inf
     for k in range(rows.y.size):
-        no_larger = 0
-        for i in range(rows.y.size):
-            no_larger += 1 if rows.square[i] <= rows.square[k] else 0
-        if no_larger >= many:
-            found = min(found, rows.square[k])
+        if smaller < rows.square[k] < found:
+            no_larger = 0
+            for i in range(rows.y.size):
+                no_larger += 1 if rows.square[i] <= rows.square[k] else 0
+            if no_larger >= many:
+                found = rows.square[k]
+            else:
+                smaller = rows.square[k]
     return found
 
 
