@@ -17,6 +17,7 @@ from .auto_constants import (
     ISOLATED,
     JUMP_ODDS,
     LEARNT,
+    LOUD_ENERGY,
     SETTLED,
     SHY,
     SHY_OF_OUTLIERS,
@@ -48,7 +49,7 @@ from .auto_state import (
 )
 from .bank import FREEDOM_NOW, SIGMA2_NOW, WAITS, count_mixture
 from .first_samples import forget_a_little, is_unsettled
-from .less_noise import begin_if_loud, begin_if_quiet, go_on_quietly, hear
+from .less_noise import begin_if_loud, begin_if_quiet, go_on_beside, hear
 from .likelihood_drift import carry, climb, follow, ratio
 from .mixing import drift_apart, drift_beside_state, interact, merge, take_dense_along, take_modes_along
 from .modes import WEIGHT, begin_modes, fold, mode, unfold
@@ -66,7 +67,7 @@ from .retrospect import SINCE as LATE_SINCE
 from .robust_start import remember
 from .second_start import AGE as SECOND_AGE
 from .second_start import concede, is_explained, let_start, start_again
-from .set_free import MILDLY, compete, make_room
+from .set_free import MILDLY, compete, make_room, sets_in
 from .suspicion import calm, suspect
 from .trial import argue, begin_anew, begin_trial, end_trial, is_to_begin, is_to_end, limit_of, time_update_copies
 from .trial_state import AGE, ODDS, is_told, show_none
@@ -107,7 +108,7 @@ def try_out(memory, parts, e, R, evidence, rho, outliers, view, least):
         calm(parts.sums)
     elif is_to_end(trial):
         end_trial(trial)
-        if not compete(memory, parts) or parts.sets.began[0] != MILDLY:
+        if not compete(memory, parts) or sets_in(parts).began[0] != MILDLY:
             calm(parts.sums)
     return rho
 
@@ -157,7 +158,7 @@ def adapt_auto(memory, state, e, R, view):
         if trial.head[AGE] > 0.0:
             fold(trial.copies, trial.dense, N)
             if compete(memory, parts):
-                fold(parts.sets.copies, parts.sets.dense, N)
+                fold(sets_in(parts).copies, sets_in(parts).dense, N)
     outliers, is_on = share_of_outliers(memory, head, head[STRUCK_SO_FAR]), False
     is_late = drift.head[SEEN] >= YOUNG_ENOUGH and not is_unexcited and memory.outliers * memory.learns > 0.0
     if is_late and drift.head[SEEN] == YOUNG_ENOUGH:
@@ -171,20 +172,20 @@ def adapt_auto(memory, state, e, R, view):
         if is_late and outliers > STRUCK / CHANCES:
             begin_if_quiet(memory, parts.second, parts.most, own.bank, M, s2)
         is_suspicious = suspect(parts.sums, view.psi, e, T, s2) or drift.head[SEEN] < YOUNG
-        if is_to_begin(trial, parts.sets, surprise, limit, is_suspicious, head[CLEAN] >= ISOLATED):
-            begin_trial(memory, trial, parts.sets, own.bank, drift.unit, M, surprise, limit, is_suspicious, view.b)
+        if is_to_begin(trial, parts, surprise, limit, is_suspicious, head[CLEAN] >= ISOLATED):
+            begin_trial(memory, trial, parts.spare, own.bank, drift.unit, M, surprise, limit, is_suspicious, view.b)
             if memory.stakes == 0.0 and drift.head[SEEN] > LEARNT:
                 know_as_the_bank(memory, parts)
             head[STRUCK_BEFORE] = head[STRUCK_SO_FAR]
             is_on = True
         elif is_on and compete(memory, parts) and surprise >= limit and not is_told(trial):
-            begin_anew(memory, trial, parts.sets, drift.unit, surprise, view.b)
-        if is_late:
-            begin_if_loud(memory, parts.second, trial, parts.sums.energy[0], own.bank)
+            begin_anew(memory, trial, parts.spare, drift.unit, surprise, view.b)
+        if is_late and parts.sums.energy[0] > LOUD_ENERGY:
+            begin_if_loud(memory, parts.second, trial, own.bank)
     is_early = drift.head[SEEN] < YOUNG_ENOUGH and not is_unexcited
-    if memory.keeps_rows > 0.0 and is_early and R <= TRUSTED * memory.R:
-        remember(parts.rows, view.psi, e + dot(view.psi, theta))
     said = e + dot(view.psi, theta)
+    if memory.keeps_rows > 0.0 and is_early and R <= TRUSTED * memory.R:
+        remember(parts.rows, view.psi, said)
     looks_back = memory.stakes * memory.jumps > 0.0 and drift.head[SEEN] > LEARNT and not is_unexcited
     looks_late = looks_back and drift.head[SEEN] > SETTLED
     slow, slow_e, slow_T, slow_s2, slow_weight = mode(own.bank, 0, N).own, 0.0, 1.0, 1.0, 1.0
@@ -192,7 +193,7 @@ def adapt_auto(memory, state, e, R, view):
         slow_e, slow_T, slow_s2 = expected(memory, own.bank, e, R, theta, view)
         slow_weight = slow[WEIGHT]
     if memory.past > 0.0:
-        weigh_kinds(memory, parts.past, view.psi, theta, e, s2 * (T - R + memory.R), e + dot(view.psi, theta))
+        weigh_kinds(memory, parts.past, view.psi, theta, e, s2 * (T - R + memory.R), said)
     evidence, rho = update_bank(memory, own, e, R, theta, view, outliers, is_unexcited, is_unexcited, least)
     own.head[WAITS] = 0.0 if is_unexcited else 1.0
     if is_unexcited:
@@ -210,7 +211,7 @@ def adapt_auto(memory, state, e, R, view):
             end_trial(trial)
             is_on = climbs = False
     elif is_late and parts.second.head[SECOND_AGE] > 0.0:
-        has_won = go_on_quietly(memory, parts.second, e, R, evidence, outliers, theta, own.P, view, least)
+        has_won = go_on_beside(memory, parts.second, e, R, evidence, outliers, theta, own.P, view, least)
         if has_won and not is_explained(trial, parts.second):
             follow_level(memory, parts, s2)
             is_on = climbs = looks_late = looks_back = False
@@ -220,7 +221,7 @@ def adapt_auto(memory, state, e, R, view):
         rho *= 1.0 - trial.shown[0] - trial.shown[1] - trial.shown[2]
         unfold(trial.copies, trial.dense, N)
         if compete(memory, parts):
-            unfold(parts.sets.copies, parts.sets.dense, N)
+            unfold(sets_in(parts).copies, sets_in(parts).dense, N)
     else:
         show_none(trial)
     if climbs and memory.has_state > 0.0:
@@ -325,7 +326,7 @@ def time_update_auto(memory, state, elapsed, view):
     else:
         is_capped = drift_apart(memory, own.bank, q, view.b)
     if trial.head[AGE] > 0.0:
-        time_update_copies(memory, trial, parts.sets, compete(memory, parts), q, waits, view.b)
+        time_update_copies(memory, trial, parts.spare, compete(memory, parts), q, waits, view.b)
     own.head[WAITS] = 0.0
     wait_on(parts.late)
     if memory.past > 0.0:
@@ -367,7 +368,7 @@ def take_along_auto(memory, state, change, view):
             unfold(trial.copies, trial.dense, N)
         if compete(memory, parts):
             if waits:
-                fold(parts.sets.copies, parts.sets.dense, N)
-            take_modes_along(memory, parts.sets.copies, change, view)
+                fold(sets_in(parts).copies, sets_in(parts).dense, N)
+            take_modes_along(memory, sets_in(parts).copies, change, view)
             if waits:
-                unfold(parts.sets.copies, parts.sets.dense, N)
+                unfold(sets_in(parts).copies, sets_in(parts).dense, N)

@@ -14,10 +14,9 @@ from .less_noise import MOST
 from .likelihood_drift import learner_size, open_learner
 from .moments import moments_size, open_moments
 from .resolution import RESOLUTION
-from .retrospect import open_retrospect, open_work, retrospect_size
+from .retrospect import open_retrospect, retrospect_size
 from .robust_start import open_rows, rows_size
 from .second_start import open_second, second_size, share_of
-from .set_free import open_set_free
 from .suspicion import open_suspicion, suspicion_size
 from .trial_state import open_trial, trial_size
 from .unknown_drift import open_drift_state
@@ -78,14 +77,13 @@ class Parts(NamedTuple):
     second: tuple
     learner: tuple
     rows: tuple
-    sets: tuple
     past: tuple
     moments: tuple
     resolution: np.ndarray
     most: np.ndarray
     late: tuple
     loudness: np.ndarray
-    work: tuple
+    spare: np.ndarray  # where the first rows stood: copies set free, or scratch
 
 
 @kernel
@@ -100,9 +98,8 @@ def open_parts(memory, state, N):
     sums = open_suspicion(parts.suspicion, N)
     second, learner = open_second(parts.second, N), open_learner(parts.learner, N, N)
     rows, past = open_rows(parts.rows, N), open_past(parts.past, N)
-    sets = open_set_free(parts.rows[1:], N)  # once no rows are kept, as is ``work``
     moments = open_moments(parts.moments, N, MODES, MOMENTS)
-    late, work = open_retrospect(parts.late, N, looks), open_work(parts.rows[1:], N)
+    late = open_retrospect(parts.late, N, looks)
     return Parts(
         drift,
         bank,
@@ -112,14 +109,13 @@ def open_parts(memory, state, N):
         second,
         learner,
         rows,
-        sets,
         past,
         moments,
         parts.resolution,
         parts.most,
         late,
         parts.loudness,
-        work,
+        parts.rows[1:],
     )
 
 

@@ -29,7 +29,6 @@ from .auto_constants import (
     LONGEST,
     LOUD,
     LOUD_AGE,
-    LOUD_ENERGY,
     LOUD_FREEDOM,
     OF_SQUARES,
     QUIETER,
@@ -39,7 +38,7 @@ from .auto_constants import (
 )
 from .gauss_markov import relax
 from .likelihood_drift import begin_again
-from .modes import CHI2, FAINTEST, FREEDOM, WEIGHT, error_of, hand_over, mode, own_sigma2, take
+from .modes import CHI2, FAINTEST, FREEDOM, WEIGHT, copy_mode, error_of, hand_over, mode, own_sigma2, take
 from .second_start import AGE, SCORE, STRUCK_SO_FAR, share_of
 from .trial_state import is_told
 
@@ -69,25 +68,10 @@ def begin_quiet(memory, second, bank, M, s2):
             leader = m
     one, of = mode(second.row, 0, N), mode(bank, leader, N)
     change = own_sigma2(memory, of.own) / s2
+    copy_mode(one, of)
     for i in range(N):
-        one.theta[i], one.D[i] = of.theta[i], of.D[i] * change
-    for i in range(one.U.size):
-        one.U[i] = of.U[i]
+        one.D[i] *= change
     one.own[WEIGHT], one.own[FREEDOM], one.own[CHI2] = 1.0, KNOWN, KNOWN * s2
-    second.head[AGE], second.head[SCORE], second.head[STRUCK_SO_FAR] = 1.0, 0.0, 0.0
-
-
-@rare
-def begin_loud(memory, second, bank):
-    """Begin as the filter that never forgets, with a sigma^2 that is larger and hardly known."""
-    N = memory.cap.size
-    one, of = mode(second.row, 0, N), mode(bank, 0, N)
-    s2 = own_sigma2(memory, of.own)
-    for i in range(N):
-        one.theta[i], one.D[i] = of.theta[i], of.D[i] / LOUD
-    for i in range(one.U.size):
-        one.U[i] = of.U[i]
-    one.own[WEIGHT], one.own[FREEDOM], one.own[CHI2] = of.own[WEIGHT], LOUD_FREEDOM, LOUD_FREEDOM * LOUD * s2
     second.head[AGE], second.head[SCORE], second.head[STRUCK_SO_FAR] = 1.0, 0.0, 0.0
 
 
@@ -100,7 +84,7 @@ def begin_if_quiet(memory, second, most, bank, M, s2):
 
 
 @rare
-def go_on_quietly(memory, second, e, R, evidence, outliers, theta, P, view, least):
+def go_on_beside(memory, second, e, R, evidence, outliers, theta, P, view, least):
     """Let it see a sample; say whether it has won. ``outliers`` is their share to all others."""
     head, one = second.head, mode(second.row, 0, theta.size)
     error = error_of(one, e, view.psi, theta)
@@ -129,14 +113,23 @@ def is_louder(memory, second, s2):
 
 
 @rare
-def begin_if_loud(memory, second, trial, energy, bank):
-    """Begin, where none runs and the sum of squares is suspicious enough; a jump that is told has this rival anyway."""
-    if second.head[AGE] == 0.0 and energy > LOUD_ENERGY and not is_told(trial):
-        begin_loud(memory, second, bank)
+def begin_if_loud(memory, second, trial, bank):
+    """Begin as the filter that never forgets, with a sigma^2 that is larger and hardly known, where none runs.
+
+    A jump that is told has this rival anyway.
+    """
+    if second.head[AGE] == 0.0 and not is_told(trial):
+        N = memory.cap.size
+        one, of = mode(second.row, 0, N), mode(bank, 0, N)
+        copy_mode(one, of)
+        for i in range(N):
+            one.D[i] /= LOUD
+        one.own[FREEDOM], one.own[CHI2] = LOUD_FREEDOM, LOUD_FREEDOM * LOUD * own_sigma2(memory, of.own)
+        second.head[AGE], second.head[SCORE], second.head[STRUCK_SO_FAR] = 1.0, 0.0, 0.0
 
 
 @rare
-def let_quiet(second, bank, dense, learner, P):
+def take_over(second, bank, dense, learner, P):
     """Let every filter of the bank be that one; ``P`` is scratch."""
     one = mode(second.row, 0, learner.eta.size)
     expand(one.U, one.D, P)

@@ -87,6 +87,17 @@ def begin_modes(memory, bank, theta, U, D):
             one.U[i] = U[i]
 
 
+@kernel
+def copy_mode(one, of):
+    """Let a mode be what another is."""
+    for i in range(OWN):
+        one.own[i] = of.own[i]
+    for i in range(one.D.size):
+        one.theta[i], one.D[i] = of.theta[i], of.D[i]
+    for i in range(one.U.size):
+        one.U[i] = of.U[i]
+
+
 @rare
 def hand_over(bank, dense, one, P):
     """Let every mode be ``one``, but for its weight; their P in ``dense`` are ``P`` (packed)."""
@@ -217,7 +228,8 @@ def update(memory, own, e, R, theta, view, outliers, is_unexcited, is_apart, lea
     for m in range(M):
         one, P = mode(bank, m, N), dense[m * half : (m + 1) * half]
         error = error_of(one, e, view.psi, theta)
-        mode(own.old, m, N).own[WEIGHT] = one.own[WEIGHT]
+        if is_unexcited:
+            mode(own.old, m, N).own[WEIGHT] = one.own[WEIGHT]
         logs[m], one.own[WEIGHT], share, T, s2 = take(
             memory, one, P, error, R, view, outliers, is_unexcited, is_apart, least
         )

@@ -3,7 +3,7 @@
 from ..engine.dispatch import rare
 from .auto_constants import STILL_LOUD
 from .auto_state import MODES, QUIET, SINCE_NOW, VERDICT
-from .less_noise import is_louder, let_quiet, weigh_as_before
+from .less_noise import is_louder, take_over, weigh_as_before
 from .moments import forget_moments
 from .second_start import AGE
 from .suspicion import calm
@@ -32,7 +32,7 @@ def follow_level(memory, parts, s2):
         weigh_as_before(second, own.bank, parts.drift.unit.size, MODES)
     else:
         head[QUIET] = 0.0
-    let_quiet(second, own.bank, own.dense, parts.learner, own.P)
+    take_over(second, own.bank, own.dense, parts.learner, own.P)
     end_trial(parts.trial)
     calm(parts.sums)
     forget_moments(parts.moments)

@@ -155,39 +155,36 @@ def keep_filters(late, own, q):
 
 @kernel
 def look_back_late(memory, parts, psi, y, weight, share):
-    """Keep a row, and now and then look back: where sums over moments, a trial or the last look say that it pays."""
-    late, own, drift, is_likely = parts.late, parts.own, parts.drift, False
+    """Keep a row; every eighth find a jump, if looking back pays; every sixteenth keep the filters."""
+    late, own, drift, head = parts.late, parts.own, parts.drift, parts.late.head
     keep_row(late, psi, y, weight, share)
-    if int(late.head[COUNTED]) % LOOK == 0:
-        s2 = own_sigma2(memory, mode(own.bank, 0, drift.unit.size).own)
-        is_likely = most_lessened(memory, parts.moments, drift.unit) > LATE_WORTH * s2
-        is_likely = is_likely or jump_on_trial(parts.trial) > LATE_TRIAL
-    look_late(memory, late, parts.work, own, drift.unit, drift.q, is_likely)
-
-
-@kernel
-def look_late(memory, late, work, own, unit, q, is_likely):
-    """Every eighth row: find a jump, if one is likely, or was at the last look; every sixteenth keep the filters."""
-    head = late.head
     count = int(head[COUNTED])
     if count % LOOK != 0:
         return
     first = count // ANEW * ANEW - (KEPT_ROWS if count % ANEW == 0 else KEPT_ROWS - ANEW)
-    if first >= ANEW and (is_likely or head[ODDS] > LATE_GOES_ON):
-        weigh_rows(memory, late, work, own, unit, first, count)
+    if first >= ANEW and (head[ODDS] > LATE_GOES_ON or does_it_pay(memory, parts)):
+        weigh_rows(memory, late, parts.spare, own, drift.unit, first, count)
     else:
         head[ODDS] = -HIGHEST
     if count % ANEW == 0:
-        keep_filters(late, own, q)
+        keep_filters(late, own, drift.q)
     if head[ODDS] > LATE:
         forget_rows(late)
         head[FOUND] = head[AGO] = 1.0
 
 
+@kernel
+def does_it_pay(memory, parts):
+    """Say whether sums over moments, or a trial, make a jump likely enough to look back for it."""
+    unit = parts.drift.unit
+    s2 = own_sigma2(memory, mode(parts.own.bank, 0, unit.size).own)
+    return most_lessened(memory, parts.moments, unit) > LATE_WORTH * s2 or jump_on_trial(parts.trial) > LATE_TRIAL
+
+
 @rare
-def weigh_rows(memory, late, work, own, unit, first, count):
+def weigh_rows(memory, late, spare, own, unit, first, count):
     """Set the log odds of a jump since row ``first``, and how long ago it was."""
-    N, half, head = unit.size, own.P.size, late.head
+    N, half, head, work = unit.size, own.P.size, late.head, open_work(spare, unit.size)
     kept = filters_at(late, first, N)
     scratch = own.old
     M, A = scratch[:half], scratch[half : 2 * half]
@@ -220,18 +217,23 @@ def weigh_rows(memory, late, work, own, unit, first, count):
 
 @kernel
 def take_in(memory, late, kept, k, speed, unit, P, theta, b, row):
-    """Let filter k go on to a row and take it in, as if nothing had happened; return e and T. ``b`` is its gain."""
-    N, psi, share = theta.size, late.psi[row], late.share[row]
+    """Let filter k go on to a row and take it in, as if nothing had happened; return e and T. ``b`` is its gain.
+
+    One that is an outlier it does not look at: 0 and 1.
+    """
+    N, psi = theta.size, late.psi[row]
     for _ in range(0 if stays(memory.phi[:N]) else int(late.steps[row])):
         pass_time(theta, P, memory.phi[:N])
     for i in range(N):
         P[at(i, i)] += late.steps[row] * (k * kept.q[i] + speed * unit[i])
+    if late.share[row] == 0.0:
+        return 0.0, 1.0
     T = multiply(P, psi, b) + memory.R
     e = late.y[row] - dot(psi, theta)
-    add_square(P, -share / T, b)
+    add_square(P, -1.0 / T, b)
     for i in range(N):
         b[i] /= T
-        theta[i] += share * e * b[i]
+        theta[i] += e * b[i]
     return e, T
 
 
@@ -256,11 +258,10 @@ def go_over(memory, late, work, kept, k, speed, unit, P, theta, b, first, count)
                 work.theta[part, i] = theta[i]
             for i in range(P.size):
                 work.P[part, i] = P[i]
-        share = late.share[now % KEPT_ROWS]
         e, T = take_in(memory, late, kept, k, speed, unit, P, theta, b, now % KEPT_ROWS)
-        logs -= 0.5 * share * log(T)
-        total += share
-        energy += share * e * e / T
+        logs -= 0.5 * log(T)
+        total += late.share[now % KEPT_ROWS]
+        energy += e * e / T
     if not is_learnt:
         return logs - 0.5 * energy, total, energy, s2
     amount = 0.5 * (freedom + total)
@@ -297,16 +298,16 @@ def weigh_back(memory, late, work, kept, k, M, A, r, x, c, unit, total, energy, 
         if place == LOOK - 1:
             part = (now - first) // LOOK
             go_over_again(memory, late, work, kept, k, unit, work.P[part], work.theta[part], first + part * LOOK)
-        psi, gain, share = late.psi[row], work.gain[place], late.share[row]
-        z, precision = work.z[place], work.precision[place]
-        square = multiply(M, gain, c)
-        h = share * (z - dot(gain, r))
-        for j in range(N):
-            r[j] += h * psi[j]
-            for i in range(j + 1):
-                M[at(i, j)] += share * ((share * square + precision) * psi[i] * psi[j] - psi[i] * c[j] - c[i] * psi[j])
-        after += share
-        squares += share * z * z / precision
+        if late.share[row] > 0.0:
+            psi, gain, z, precision = late.psi[row], work.gain[place], work.z[place], work.precision[place]
+            square = multiply(M, gain, c)
+            h = z - dot(gain, r)
+            for j in range(N):
+                r[j] += h * psi[j]
+                for i in range(j + 1):
+                    M[at(i, j)] += (square + precision) * psi[i] * psi[j] - psi[i] * c[j] - c[i] * psi[j]
+            after += 1.0
+            squares += z * z / precision
         if now % STEP == 0:
             if back >= RECENT:
                 odds = RATE * STEP * weigh_moment(M, A, r, x, unit, amount, chi2 + energy)

@@ -51,6 +51,12 @@ open_set_free, set_free_size = kernel(SET_FREE.open), kernel(SET_FREE.size)
 
 
 @kernel
+def sets_in(parts):
+    """Return the copies that may be free, once no rows are kept in their place."""
+    return open_set_free(parts.spare, parts.drift.unit.size)
+
+
+@kernel
 def outputs_tell(memory, view):
     """Say whether outputs and inputs give the state: it has no past of its own."""
     return memory.has_state > 0.0 and view.fresh.size == 0
@@ -65,13 +71,13 @@ def are_to_compete(memory, drift, view):
 @kernel
 def compete(memory, parts):
     """Say whether the trial that runs, if any does, has set several copies free."""
-    return memory.has_state > 0.0 and parts.drift.head[SEEN] >= YOUNG_ENOUGH and parts.sets.began[0] > 0.0
+    return memory.has_state > 0.0 and parts.drift.head[SEEN] >= YOUNG_ENOUGH and sets_in(parts).began[0] > 0.0
 
 
 @rare
 def make_room(parts):
     """Let the last rows go: no other start is looked for any more."""
-    parts.rows.taken[0] = parts.sets.began[0] = 0.0
+    parts.rows.taken[0] = sets_in(parts).began[0] = 0.0
 
 
 @kernel

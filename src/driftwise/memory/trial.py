@@ -37,7 +37,17 @@ from .lone_jump import weigh_alone
 from .mixing import shrink
 from .modes import CHI2, FREEDOM, WEIGHT, error_of, mode, own_sigma2, size_of, take
 from .sensitivity import pass_time
-from .set_free import MILDLY, are_to_compete, compete, see_set_free, set_free, set_free_again, time_update_set_free
+from .set_free import (
+    MILDLY,
+    are_to_compete,
+    compete,
+    open_set_free,
+    see_set_free,
+    set_free,
+    set_free_again,
+    sets_in,
+    time_update_set_free,
+)
 from .trial_state import (
     AGE,
     ALONE,
@@ -75,7 +85,7 @@ def is_hopeless(trial, odds):
 
 
 @kernel
-def is_to_begin(trial, sets, surprise, limit, is_suspicious, is_alone):
+def is_to_begin(trial, parts, surprise, limit, is_suspicious, is_alone):
     """Say whether a trial is to begin: at a surprise or a suspicion; only the first ends another, a fruitless one.
 
     That is one with nothing to tell; or nothing that the bank does not know, if the surprise ``is_alone`` no more.
@@ -85,7 +95,7 @@ def is_to_begin(trial, sets, surprise, limit, is_suspicious, is_alone):
         return is_suspicious or surprise >= limit
     if is_told(trial):
         return False
-    if limit < SURPRISE and sets.began[0] == MILDLY and is_suspicious and is_hopeless(trial, HOPELESS):
+    if limit < SURPRISE and sets_in(parts).began[0] == MILDLY and is_suspicious and is_hopeless(trial, HOPELESS):
         return True
     if surprise >= SURPRISE and (head[GAP] > 1.0 or head[AGE] >= trial.score.size + FRESH):
         known = 0.0 if is_alone else max(head[BESIDE] - trial.found[SAME], 0.0)
@@ -116,7 +126,7 @@ def set_level(memory, level, freedom, sigma2):
 
 
 @rare
-def begin_trial(memory, trial, sets, bank, unit, M, surprise, limit, is_suspicious, b):
+def begin_trial(memory, trial, spare, bank, unit, M, surprise, limit, is_suspicious, b):
     """Copy the likeliest filter of the bank, set the parameters of one copy free and sigma^2 of another."""
     N, head, size = unit.size, trial.head, size_of(unit.size)
     leader, most, is_surprise = 0, 0.0, surprise >= (SURPRISE if is_suspicious else limit)
@@ -154,14 +164,14 @@ def begin_trial(memory, trial, sets, bank, unit, M, surprise, limit, is_suspicio
     head[AGE], head[LEADER], head[BESIDE], head[ALONE] = 0.0, leader, 0.0, 0.0
     if limit < SURPRISE:
         is_mild = is_surprise and surprise < SURPRISE and not is_suspicious
-        set_free(memory, trial, sets, unit, surprise, is_mild, b)
+        set_free(memory, trial, open_set_free(spare, N), unit, surprise, is_mild, b)
 
 
 @rare
-def begin_anew(memory, trial, sets, unit, surprise, b):
+def begin_anew(memory, trial, spare, unit, surprise, b):
     """At another surprise begin what explains no more than none from here on, beside a state."""
     N, head = unit.size, trial.head
-    set_free_again(memory, trial, sets, unit, surprise, b)
+    set_free_again(memory, trial, open_set_free(spare, N), unit, surprise, b)
     if head[GAP] == 1.0 and trial.found[LEVEL] < trial.found[SAME]:
         set_level(memory, mode(trial.copies, LEVEL, N), LOUD_FREEDOM, LOUD * head[BEFORE])
         trial.found[LEVEL] = trial.found[SAME] - log(head[GAP])
@@ -212,7 +222,7 @@ def argue(memory, parts, e, R, is_right, theta, evidence, outliers, view, unit, 
     if not are_several:
         _, freed_rho, _ = copy_sees(memory, trial, FREED, freed_e, noise, theta, outliers, view, least)
     elif not is_told(trial):
-        freed_rho = see_set_free(memory, trial, parts.sets, freed_e, noise, theta, outliers, view, unit, least)
+        freed_rho = see_set_free(memory, trial, sets_in(parts), freed_e, noise, theta, outliers, view, unit, least)
     exchange(memory, past, view.psi, theta, e, since)
     for i in range(view.fresh.size - 1):
         view.psi[i], view.fresh[i] = view.fresh[i], view.psi[i]
@@ -231,12 +241,12 @@ def argue(memory, parts, e, R, is_right, theta, evidence, outliers, view, unit, 
 
 
 @kernel
-def time_update_copies(memory, trial, sets, are_several, q, waits, b):
+def time_update_copies(memory, trial, spare, are_several, q, waits, b):
     """Take the copies one sample on; ``q`` are the variances that every filter of the bank gains, N of each."""
     N = trial.score.size
     half, first = N * (N + 1) // 2, int(trial.head[LEADER]) * N
     if are_several:
-        time_update_set_free(memory, trial, sets, q, first, waits, b)
+        time_update_set_free(memory, trial, open_set_free(spare, N), q, first, waits, b)
     for k in range(COPIES):
         one, P = mode(trial.copies, k, N), trial.dense[k * half : (k + 1) * half]
         share = trial.head[BEFORE] / own_sigma2(memory, one.own) if k == LEVEL else 1.0
