@@ -7,7 +7,7 @@ import pytest
 
 import driftwise as dw
 from driftwise.memory.auto_constants import AGREE
-from driftwise.memory.robust_start import fit_trimmed, open_rows, remember, rows_size, says_enough
+from driftwise.memory.robust_start import fit_trimmed, open_rows, remember, rows_size, says_enough, smallest
 
 N = 2
 COUNT = 3 * N + 10
@@ -24,6 +24,15 @@ def kept(psi, y, more=0):
     found = np.roll(rows.square <= limit, -more)
     assert found.sum() == many
     return found, rows.x.copy(), rows.fit.copy()
+
+
+def test_the_largest_of_the_smallest_is_found_whatever_their_order_and_where_some_are_equal():
+    rng, rows = np.random.default_rng(3), open_rows(np.zeros(rows_size(N)), N)
+    for squares in (rng.random(COUNT), rng.integers(0, 4, COUNT), np.zeros(COUNT), np.arange(COUNT)[::-1]):
+        rows.square[:] = squares
+        assert [smallest(rows, many) for many in range(1, COUNT + 1)] == sorted(squares)
+    rows.square[:] = np.nan
+    assert smallest(rows, 3) == np.inf
 
 
 def drawn(seed, wrong):

@@ -42,6 +42,12 @@ def whole_division(v, w, k, x, out):
 
 
 @case
+def powers_of_two(v, w, k, x, out):
+    out[0], out[1], out[2] = -k // 4, -k % 4, (1 - 2 * k) % 8
+    out[3], out[4], out[5] = (1 - 2 * k) // 2 + 1, -(k // 8), k * k % 2 * 3
+
+
+@case
 def rounding(v, w, k, x, out):
     out[0], out[1] = int(v[0] * 3.0), int(-v[0] * 3.0)
     out[2], out[3] = math.floor(v[0] * 3.0), math.floor(-v[0] * 3.0)
