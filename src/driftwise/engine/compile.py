@@ -181,7 +181,8 @@ def _object(make, sizes, kinds, dimensions, loop, native: bool = False) -> Calla
     key = _key(loop or make, fingerprint(kinds), sizes, dimensions, "" if loop is None else _text(loop))
     python = make(*sizes, 0)
     reads = [name in loops.READ for name in python.__code__.co_varnames[: len(dimensions)]]
-    return objects.load(key, lambda: translated(python, dimensions), dimensions, reads, native)
+    is_sized = make is not loops.make_driver
+    return objects.load(key, lambda: translated(python, dimensions, is_sized=is_sized), dimensions, reads, native)
 
 
 def _key(what: Callable, version: int, sizes, dimensions, text: str = "") -> str:
@@ -190,14 +191,14 @@ def _key(what: Callable, version: int, sizes, dimensions, text: str = "") -> str
     return f"{what.__name__.removeprefix('make_')}-{hashlib.sha256(told.encode()).hexdigest()[:24]}"
 
 
-def translated(loop: Callable, dimensions, checked: bool = False) -> str:
-    """Return a loop in C, for arguments of these dimensions."""
+def translated(loop: Callable, dimensions, checked: bool = False, is_sized: bool = True) -> str:
+    """Return a loop in C, for arguments of these dimensions; ``is_sized``: it has its sizes in."""
     from .translate.c99 import Printer
     from .translate.program import Program
     from .translate.types import FLOAT, INT, View
 
     known: dict[Any, Any] = {int: INT, float: FLOAT, "index": View(1, INT)}
-    entry = Program().function(loop, [known.get(d) or View(d) for d in dimensions])
+    entry = Program(is_sized).function(loop, [known.get(d) or View(d) for d in dimensions])
     return Printer(checked=checked).program(entry, "driftwise_run", dimensions)
 
 

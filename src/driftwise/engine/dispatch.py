@@ -28,6 +28,7 @@ Size = Annotated[
 kernels: list[Callable] = []
 choices: list[Any] = []
 apart: set[Callable] = set()  # kernels that are called, not inlined
+large: set[Callable] = set()  # and those that are so where sizes are data
 
 
 def kernel(function: Callable) -> Callable:
@@ -49,6 +50,15 @@ def kernel(function: Callable) -> Callable:
 def rare(function: Callable) -> Callable:
     """Mark a kernel that few samples reach, or a large one: it is called, not inlined, which compiles faster."""
     apart.add(function)
+    return kernel(function)
+
+
+def bulky(function: Callable) -> Callable:
+    """Mark a large kernel that not every sample reaches: where sizes are data it is called, not inlined.
+
+    What every sample takes is nearer together then. A loop that has its sizes in would lose them in a call.
+    """
+    large.add(function)
     return kernel(function)
 
 

@@ -4,7 +4,7 @@ import math
 
 from ..detect.watch import SINCE, STATISTIC, WHICH
 from ..engine.dense import at, dot
-from ..engine.dispatch import kernel, rare
+from ..engine.dispatch import bulky, kernel, rare
 from ..engine.elementary import log
 from ..engine.status import AT_REST, CAPPED, NOISE, OUTLIER
 from ..engine.ud import predicted_variance
@@ -85,7 +85,7 @@ def begin_auto(memory, state, view):
         parts.learner.eta[i] = memory.home
 
 
-@kernel
+@bulky
 def try_out(memory, parts, e, R, evidence, rho, outliers, view, least):
     """Let the trial see the sample, and follow what it decides; return the probability of an outlier to all."""
     trial, head, own, unit, N = parts.trial, parts.head, parts.own, parts.drift.unit, view.theta.size

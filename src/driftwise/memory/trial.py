@@ -7,7 +7,7 @@ bank what jumped; what stood against it goes on for a while, and may take it bac
 """
 
 from ..engine.dense import at
-from ..engine.dispatch import kernel, rare
+from ..engine.dispatch import bulky, kernel, rare
 from ..engine.elementary import log
 from ..engine.ud import factor_within
 from .additive import exchange
@@ -240,7 +240,7 @@ def argue(memory, parts, e, R, is_right, theta, evidence, outliers, view, unit, 
     return rho, freed_rho, level_rho
 
 
-@kernel
+@bulky
 def time_update_copies(memory, trial, spare, are_several, q, waits, b):
     """Take the copies one sample on; ``q`` are the variances that every filter of the bank gains, N of each."""
     N = trial.score.size

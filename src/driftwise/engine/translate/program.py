@@ -14,9 +14,13 @@ from .types import Type, widen
 
 
 class Program:
-    """Kernels as typed trees; `function` adds one, and whatever it calls."""
+    """Kernels as typed trees; `function` adds one, and whatever it calls.
 
-    def __init__(self) -> None:
+    ``is_sized``: sizes are constants, and what is large is no call.
+    """
+
+    def __init__(self, is_sized: bool = True) -> None:
+        self.apart = dispatch.apart if is_sized else dispatch.apart | dispatch.large
         self.functions: dict[Any, Function] = {}
         self.resolvers = dict(dispatch.resolvers())
         self.names: dict[str, int] = {}
@@ -34,7 +38,7 @@ class Program:
         if implementation is None:
             kind = getattr(types[0], "instance_class", None)
             raise Refusal(f"a {getattr(kind, '__name__', kind or types[0])} has no {known.__name__}")
-        return self.function(implementation, types, known in dispatch.apart or implementation in dispatch.apart)
+        return self.function(implementation, types, known in self.apart or implementation in self.apart)
 
     def function(self, implementation: Callable, types: list[Type], is_rare: bool = False) -> Function:
         """Return a function for arguments of these types; a known number becomes any number."""
