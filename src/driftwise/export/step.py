@@ -84,6 +84,8 @@ def step(policies, outputs: int) -> tuple[Function, np.ndarray]:
 class ControllerPrinter(Printer):
     """C for a controller: integers of 32 bits, numbers of 64 or 32, and only the help that is needed."""
 
+    shifts = False  # nothing that has a sign (MISRA C:2012, 10.1)
+
     def __init__(self, is_single: bool = False):
         super().__init__()
         self.is_single = is_single

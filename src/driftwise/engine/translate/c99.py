@@ -39,6 +39,8 @@ APART = "_apart"  # how the name of a function ends that is not inlined
 class Printer(ValuePrinter):
     """The text of a program; ``checked`` looks at every index, and ends the process at one that is out of bounds."""
 
+    shifts = True  # whole numbers that have a sign, to halve them
+
     def __init__(self, prefix: str = "k", checked: bool = False):
         self.prefix, self.checked = prefix, checked
         self.needs: dict[str, None] = {}

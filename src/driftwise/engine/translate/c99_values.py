@@ -32,6 +32,7 @@ class ValuePrinter:
     # given by the printer
     prefix: str
     checked: bool
+    shifts: bool
     taken: set[str]
     type_texts: list[str]
     tables: dict[Any, str]
@@ -197,7 +198,7 @@ class ValuePrinter:
             return f"({self.type(kind)}){self.value(args[0], PREFIX)}", PREFIX
         if op in ("|", "&", "^", "<<", ">>"):
             return f"({self.value(args[0], ATOM)} {op} {self.value(args[1], ATOM)})", ATOM
-        if op in ("//", "%") and kind == INT and is_power_of_two(args[1]):  # of negative numbers, too
+        if self.shifts and op in ("//", "%") and kind == INT and is_power_of_two(args[1]):  # of negative numbers, too
             by = args[1].value
             sign, number = (">>", by.bit_length() - 1) if op == "//" else ("&", by - 1)
             return f"({self.value(args[0], ATOM)} {sign} {number})", ATOM
