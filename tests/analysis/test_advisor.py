@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from draws import slow
 from oracle import algebraic
 from oracle.algebraic_motor import augmented, dc_motor
 from oracle.algebraic_theorem import closed_variance
@@ -161,7 +162,7 @@ def scans(q2, window, seeds, **options):
         yield dw.analysis.find_frequency(MOTOR, y, truth.u, window=window, **ask)
 
 
-SLOW = pytest.param(2.0, 49.7, 50.3, marks=pytest.mark.slow)
+SLOW = slow(2.0, 49.7, 50.3)
 
 
 @pytest.mark.parametrize("window, low, high", [(0.5, 48.2, 51.6), (1.0, 49.4, 50.6), SLOW])

@@ -73,7 +73,7 @@ def test_one_sum_for_both_directions_is_wrong():
     assert run_length(down, 400) > 1300
 
 
-@pytest.mark.parametrize("runs", [4000, pytest.param(40_000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("runs", [4000, slow(40_000)])
 @pytest.mark.parametrize("k, h, G, expected", [(0.5, 4, 1, 334.5), (0.15, 15, 1.01, 2524), (0.07, 20, 1.01, 1501)])
 def test_one_sided_run_lengths(k, h, G, expected, runs):
     """Against an independent study of 40 000 runs (its standard error .5 %), four standard errors together."""

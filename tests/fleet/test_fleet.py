@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from draws import slow
 
 import driftwise as dw
 from driftwise.engine import compile
@@ -57,9 +58,7 @@ def check_alone(estimator, fleet, steps, keys, y, u):
     assert bits(state) == bits(fleet.state(fleet.keys[0]))
 
 
-@pytest.mark.parametrize(
-    "name", [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in CASES]
-)
+@pytest.mark.parametrize("name", [name if name in QUICK else slow(name) for name in CASES])
 def test_alone_or_together_any_order_any_stretch_any_threads(name, monkeypatch):
     monkeypatch.setattr(crews, "SMALL", 10)
     estimator = CASES[name]

@@ -11,6 +11,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
+from draws import slow
 
 import driftwise as dw
 from driftwise.fleet.events import MOST, RUNS, FleetEvents
@@ -125,7 +126,7 @@ def test_a_run_that_dies_at_any_step_is_gone_on_with_bit_for_bit(path, tmp_path,
     assert deaths >= {"fsync": 6, "replace": 5}.get(step, 1)
 
 
-@pytest.mark.parametrize("kills", [3, pytest.param(50, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("kills", [3, slow(50)])
 def test_killed_runs_leave_the_same_files(kills, tmp_path):
     rows = 6000 if kills == 3 else 100_000
     command = [sys.executable, SCRIPT, "--kills", str(kills), "--rows", str(rows), "--series", "50"]

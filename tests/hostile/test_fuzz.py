@@ -1,6 +1,7 @@
 """Inputs that once broke a decoder, and some thousand new ones."""
 
 import pytest
+from draws import slow
 
 from hostile.decoders import DECODERS
 from hostile.fuzz import CORPUS, broken, fuzz
@@ -13,7 +14,7 @@ def test_what_broke_a_decoder_is_refused(path):
     assert not broken(path.parent.name, path.read_bytes())
 
 
-@pytest.mark.parametrize("inputs", [30, pytest.param(5000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("inputs", [30, slow(5000)])
 @pytest.mark.parametrize("name", DECODERS)
 def test_altered_bytes_are_read_or_refused(name, inputs):
     found = fuzz(name, inputs, seed=20, is_kept=False)

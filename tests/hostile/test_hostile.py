@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from draws import slow
 
 from hostile.trial import ENTRIES, WORDS, Outcome, faults
 
@@ -29,7 +30,7 @@ MORE = [
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="a command is tried in a forked process")
-@pytest.mark.parametrize("part", [PART, pytest.param(MORE, marks=pytest.mark.slow)], ids=["part", "more"])
+@pytest.mark.parametrize("part", [PART, slow(MORE)], ids=["part", "more"])
 def test_nothing_breaks_a_promise(part):
     command = [sys.executable, "-m", "tests.hostile", "--seed", "d81f7", *part]  # nothing has begun threads there
     done = subprocess.run(command, cwd=REPOSITORY, capture_output=True, text=True)
